@@ -58,7 +58,7 @@ INLINE void arc_by_points(const Element *e, const Constants *c, const Sources *s
     for (int q = 0; q < s->count; q++) {
         const Vector x = s->x[q] - at(px), y = s->y[q] - at(py), xx = x * x, yy = y * y, square = xx + yy,
                      over = 1.0 / square;
-        *(Vector *)(log + q * LANES) = square;
+        *(Unaligned *)(log + q * LANES) = square;
         tangential[q] = (x * s->tx[q] + y * s->ty[q]) * over;
         normal[q] = (x * s->ty[q] - y * s->tx[q]) * over;
         shear_re[q] = (xx - yy) * over;

@@ -14,7 +14,10 @@ enum {
     TIERS = 8             /* Gauss rules by distance, at most */
 };
 
-typedef double Vector __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
+typedef double Vector __attribute__((vector_size(8 * LANES)));
+/* The same among other numbers in memory. Variables are no such: GCC 12 reads what it has not aligned by instructions for
+   aligned ones. */
+typedef double Unaligned __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
 
 typedef struct { /* points, and weights times the basis there */
     double s[POINTS], product[NODES][POINTS];

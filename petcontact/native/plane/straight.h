@@ -12,7 +12,7 @@ typedef struct { /* moments of one function at some targets, as in bem.kelvin2d.
 
 INLINE Vector at(const double *numbers)
 {
-    return *(const Vector *)numbers;
+    return *(const Unaligned *)numbers;
 }
 
 INLINE void local_of(const Element *e, const Targets *t, Local *p)
@@ -56,9 +56,9 @@ INLINE void combine(const Element *e, const Constants *c, const Moments *m, doub
         const double constant = scale * (0.5 - c->factor * (logarithm(e->half) - c->log_length)) * weight;
         const Vector sum = constant - (c->factor * scale) * m->log;
         const Vector deviator = m->shear_re * (scale * re) - m->shear_im * (scale * im);
-        *(Vector *)(v->g01 + first) = m->shear_re * (scale * im) + m->shear_im * (scale * re);
-        *(Vector *)(v->g00 + first) = sum + deviator;
-        *(Vector *)(v->g11 + first) = sum - deviator;
+        *(Unaligned *)(v->g01 + first) = m->shear_re * (scale * im) + m->shear_im * (scale * re);
+        *(Unaligned *)(v->g00 + first) = sum + deviator;
+        *(Unaligned *)(v->g11 + first) = sum - deviator;
     }
     if (w.h) {
         const double scale = -c->scale;
@@ -66,10 +66,10 @@ INLINE void combine(const Element *e, const Constants *c, const Moments *m, doub
         const Vector off = m->dipole_re * (scale * im) + m->dipole_im * (scale * re);
         const Vector rotation = m->tangential * (scale * (1.0 - 2.0 * c->nu));
         const Vector sum = m->normal * (scale * (2.0 - 2.0 * c->nu));
-        *(Vector *)(v->h00 + first) = sum + deviator;
-        *(Vector *)(v->h11 + first) = sum - deviator;
-        *(Vector *)(v->h01 + first) = off + rotation;
-        *(Vector *)(v->h10 + first) = off - rotation;
+        *(Unaligned *)(v->h00 + first) = sum + deviator;
+        *(Unaligned *)(v->h11 + first) = sum - deviator;
+        *(Unaligned *)(v->h01 + first) = off + rotation;
+        *(Unaligned *)(v->h10 + first) = off - rotation;
     }
 }
 
@@ -91,7 +91,7 @@ INLINE void straight_by_points(const Element *e, const Constants *c, int points,
     double log[POINTS * LANES];
     for (int q = 0; q < points; q++) {
         const Vector u = rule->s[q] - xi, distance = u * u + h * h;
-        *(Vector *)(log + q * LANES) = distance;
+        *(Unaligned *)(log + q * LANES) = distance;
         inverse[q] = 1.0 / distance;
         along[q] = u * inverse[q];
         square[q] = inverse[q] * inverse[q];

@@ -34,13 +34,13 @@ typedef struct { /* ∫ qⁿ f dθ for n = 0, 1 ... */
     Vector n[5];
 } Series;
 
-/* Of (d + b q)^(-k-½) for k = 0 ... `last` by elliptic integrals, where d is not 0. */
-INLINE void elliptic_moments(Vector d, Vector b, int last, Series *m)
+/* Of (d + b q)^(½-k), k = 0 ... `count` - 1, n <= k, by elliptic integrals, where d is not 0. */
+INLINE void elliptic_moments(Vector d, Vector b, int count, Series *m)
 {
     const Vector s = d + 2.0 * b, over = 1.0 / b, over_sd = 1.0 / (s * d);
     Vector mean = each(sqrt, s), root = each(sqrt, d), rest = d + b; /* s - Σ 2^(n-1) c_n², c_0² = 2b */
     int wide = 1;
-    for (double power = 1.0; wide && power < 65536.0; power *= 2.0) {
+    for (double power = 1.0; wide; power *= 2.0) {
         const Vector c = 0.5 * (mean - root), product = mean * root;
         rest -= power * c * c;
         mean -= c;
@@ -50,86 +50,47 @@ INLINE void elliptic_moments(Vector d, Vector b, int last, Series *m)
         if (wide)
             root = each(sqrt, product);
     }
-    m[0].n[0] = 2.0 * PI / mean;
-    const Vector below = m[0].n[0] * rest; /* k = -1 */
-    for (int k = 0; k <= last; k++) {
-        if (k == 1)
-            m[1].n[0] = below * over_sd;
-        else if (k > 1) /* d/dθ of sin θ |x-y|^(2-k) integrates to zero */
+    m[1].n[0] = 2.0 * PI / mean;
+    m[0].n[0] = m[1].n[0] * rest;
+    for (int k = 1; k < count; k++) {
+        if (k > 1) /* d/dθ of sin θ (d + b q)^(3/2-k) integrates to zero */
             m[k].n[0] =
-                (4.0 * (k - 1) * (d + b) * m[k - 1].n[0] - (2.0 * k - 3.0) * m[k - 2].n[0]) * over_sd / (2.0 * k - 1.0);
-        for (int n = 1; n <= k + 1; n++)
-            m[k].n[n] = ((k ? m[k - 1].n[n - 1] : below) - d * m[k].n[n - 1]) * over;
+                (4.0 * (k - 2) * (d + b) * m[k - 1].n[0] - (2.0 * k - 5.0) * m[k - 2].n[0]) * over_sd / (2.0 * k - 3.0);
+        for (int n = 1; n <= k; n++)
+            m[k].n[n] = (m[k - 1].n[n - 1] - d * m[k].n[n - 1]) * over;
     }
 }
 
 /* The same near the axis as well. */
-INLINE void moments_of(const Rings *p, int last, Series *m)
+INLINE void moments_of(const Rings *p, int count, Series *m)
 {
     const Vector d = p->dr * p->dr + p->dz * p->dz, b = 2.0 * p->r * p->radius;
     int slim = 0; /* a bit for each */
     for (int i = 0; i < LANES; i++)
         slim |= (2.0 * b[i] < d[i]) << i;
     if (slim != (1 << LANES) - 1)
-        elliptic_moments(d, b, last, m);
+        elliptic_moments(d, b, count, m);
     if (!slim)
         return;
-    Series found[4] = {{{{0.0}}}};
+    Series found[5] = {{{{0.0}}}};
     for (int j = 0; j < ANGLES / 2; j++) {
         const Vector inverse = 1.0 / (d + TURN[j] * b);
         Vector power = each(sqrt, inverse) * (4.0 * PI / ANGLES);
-        for (int k = 0; k <= last; k++, power *= inverse) {
+        for (int k = 1; k < count; k++, power *= inverse) {
             Vector term = power;
-            for (int n = 0; n <= k + 1; n++, term *= TURN[j])
+            for (int n = 0; n <= k; n++, term *= TURN[j])
                 found[k].n[n] += term;
         }
     }
-    for (int k = 0; k <= last; k++)
-        for (int n = 0; n <= k + 1; n++)
+    for (int k = 1; k < count; k++)
+        for (int n = 0; n <= k; n++)
             for (int i = 0; i < LANES; i++)
                 m[k].n[n][i] = slim >> i & 1 ? found[k].n[n][i] : m[k].n[n][i];
 }
 
 enum { RR, RZ, ZR, ZZ, TT, KINDS }; /* component at the point, component at the ring */
 
-/* 8π(1-ν) times 2µ ∫ U dθ and -∫ T dθ; where `less` is not null, without what plane strain and a plane that slides out of
-   itself have over R, whose logarithm's unit has the logarithm *less. The plane has all its moments at q = 0. */
-INLINE void ring_kernels(const Rings *p, double nu, int with_h, const double *less, Vector *g, Vector *h)
-{
-    Series m[3];
-    moments_of(p, 1 + with_h, m);
-    const Vector whole = m[0].n[0] - m[0].n[1], over_radius = 1.0 / (p->radius + 1e-300); /* 0 times it is 0 on the axis */
-    if (less) {
-        const Vector over = 1.0 / (p->dr * p->dr + p->dz * p->dz), share = over * over_radius;
-        m[0].n[0] -= (each(logarithm, over) + 2.0 * *less) * over_radius;
-        m[1].n[0] -= 2.0 * share;
-        m[2].n[0] -= 4.0 / 3.0 * over * share;
-    }
-    const double k = 1.0 - 2.0 * nu, factor = 3.0 - 4.0 * nu;
-    const Vector r = p->r, R = p->radius, dr = p->dr, dz = p->dz, nr = p->nr, nz = p->nz, dn = p->dn;
-    const Vector half_b = r * R, turned = m[0].n[0] - m[0].n[1], flat = m[1].n[0] - m[1].n[1];
-    g[RR] = factor * turned + dr * dr * flat - half_b * m[1].n[2];
-    g[RZ] = dz * (dr * m[1].n[0] - R * m[1].n[1]);
-    g[ZR] = dz * (dr * m[1].n[0] + r * m[1].n[1]);
-    g[ZZ] = factor * m[0].n[0] + dz * dz * m[1].n[0];
-    g[TT] = (4.0 - 4.0 * nu) * turned;
-    if (!with_h)
-        return;
-    const Vector lift = nr * r, both = dn * m[2].n[0] + lift * m[2].n[1], next = dn * m[2].n[1] + lift * m[2].n[2];
-    const Vector last = dn * m[2].n[2] + lift * m[2].n[3]; /* ∫ qⁿ d·n/|x-y|⁵ */
-    const Vector along = dr * m[1].n[0], radial = along - R * m[1].n[1], ring = along + r * m[1].n[1];
-    h[RR] = k * (dn * flat + lift * (3.0 * m[1].n[1] - 2.0 * m[1].n[2])) + 3.0 * (dr * dr * (both - next) - half_b * last);
-    h[RZ] = 3.0 * dz * (dr * both - R * next) - k * (nz * radial - dz * nr * flat);
-    h[ZR] = 3.0 * dz * (dr * both + r * next) - k * (dz * nr * m[1].n[0] - nz * ring);
-    h[ZZ] = k * (dn * m[1].n[0] + lift * m[1].n[1]) + 3.0 * dz * dz * both;
-    h[TT] = (2.0 - 2.0 * nu) * (dn * flat + lift * (m[1].n[1] - m[1].n[2]) + nr * whole * over_radius);
-}
-
-/* Stress at points. All vectors are linear in q but for sin² θ = q (2 - q): products are taken one factor after another on the
-   moments themselves. */
-enum { STRESSES = 10 }; /* rr, zz, rz and θθ by r and by z, rθ and zθ by θ */
-
-/* The same of f (a + b q), and of f sin² θ. */
+/* ∫ f (a + b q) qⁿ dθ from ∫ f qⁿ dθ, and ∫ f sin² θ qⁿ dθ: sin² θ = q (2 - q). */
 INLINE Series times(Series f, Vector a, Vector b)
 {
     for (int n = 0; n < 4; n++)
@@ -143,6 +104,39 @@ INLINE Series times_sines(Series f)
         f.n[n] = 2.0 * f.n[n + 1] - f.n[n + 2];
     return f;
 }
+
+/* 8π(1-ν) times 2µ ∫ U dθ and -∫ T dθ; where `less` is not null, without what plane strain and a plane that slides out of
+   itself have over R, whose logarithm's unit has the logarithm *less. The plane has all its moments at q = 0. */
+INLINE void ring_kernels(const Rings *p, double nu, const double *less, Vector *g, Vector *h)
+{
+    Series m[4];
+    moments_of(p, 4, m);
+    const Vector whole = m[1].n[0] - m[1].n[1], over_radius = 1.0 / (p->radius + 1e-300); /* 0 times it is 0 on the axis */
+    if (less) {
+        const Vector over = 1.0 / (p->dr * p->dr + p->dz * p->dz), share = over * over_radius;
+        m[1].n[0] -= (each(logarithm, over) + 2.0 * *less) * over_radius;
+        m[2].n[0] -= 2.0 * share;
+        m[3].n[0] -= 4.0 / 3.0 * over * share;
+    }
+    const double k = 1.0 - 2.0 * nu, factor = 3.0 - 4.0 * nu;
+    const Vector r = p->r, R = p->radius, dr = p->dr, dz = p->dz, nr = p->nr, nz = p->nz, dn = p->dn;
+    const Vector half_b = r * R, lift = nr * r, turned = m[1].n[0] - m[1].n[1], flat = m[2].n[0] - m[2].n[1];
+    g[RR] = factor * turned + dr * dr * flat - half_b * m[2].n[2];
+    g[RZ] = dz * (dr * m[2].n[0] - R * m[2].n[1]);
+    g[ZR] = dz * (dr * m[2].n[0] + r * m[2].n[1]);
+    g[ZZ] = factor * m[1].n[0] + dz * dz * m[2].n[0];
+    g[TT] = (4.0 - 4.0 * nu) * turned;
+    const Series fifth = times(m[3], dn, lift); /* d·n/|x-y|⁵ */
+    const Vector both = fifth.n[0], next = fifth.n[1], last = fifth.n[2];
+    const Vector along = dr * m[2].n[0], radial = along - R * m[2].n[1], ring = along + r * m[2].n[1];
+    h[RR] = k * (dn * flat + lift * (3.0 * m[2].n[1] - 2.0 * m[2].n[2])) + 3.0 * (dr * dr * (both - next) - half_b * last);
+    h[RZ] = 3.0 * dz * (dr * both - R * next) - k * (nz * radial - dz * nr * flat);
+    h[ZR] = 3.0 * dz * (dr * both + r * next) - k * (dz * nr * m[2].n[0] - nz * ring);
+    h[ZZ] = k * (dn * m[2].n[0] + lift * m[2].n[1]) + 3.0 * dz * dz * both;
+    h[TT] = (2.0 - 2.0 * nu) * (dn * flat + lift * (m[2].n[1] - m[2].n[2]) + nr * whole * over_radius);
+}
+
+enum { STRESSES = 10 }; /* at points: rr, zz, rz and θθ by r and by z, rθ and zθ by θ */
 
 /* ∫ low (turned (δ_il d_j + δ_jl d_i) + bulk δ_ij d_l) + high d_i d_j d_l, d = x - y, l the load; r, c, s: times the component of
    d along r at the point, cos θ and sin² θ. */
@@ -169,19 +163,18 @@ INLINE void of_distance(const Rings *p, Series low, Series high, double turned, 
    the radius of the ring, cos θ and sin² θ. */
 INLINE void ring_stress(const Rings *p, double nu, Vector *by_t, Vector *by_u)
 {
-    Series m[4] = {{{{0.0}}}};
-    moments_of(p, 3, m);
+    Series m[5] = {{{{0.0}}}};
+    moments_of(p, 5, m);
     for (int n = 0; n < 5; n++) {
-        m[2].n[n] *= 3.0;
-        m[3].n[n] *= -15.0;
+        m[3].n[n] *= 3.0;
+        m[4].n[n] *= -15.0;
     }
     const Vector one = 1.0 + 0.0 * p->r, r = p->r, R = p->radius, dr = p->dr, dz = p->dz, nr = p->nr, nz = p->nz;
     const double k = 1.0 - 2.0 * nu;
-    const Series third = m[1], fifth = m[2], seventh = m[3]; /* powers of 1/|d| */
+    const Series third = m[2], fifth = m[3], fifth_r = times(fifth, dr, -R), fifth_c = times(fifth, one, -one),
+                 fifth_s = times_sines(fifth), fifth_cr = times(fifth_c, dr, -R), third_c = times(third, one, -one);
     of_distance(p, third, fifth, k, -k, by_t);
-    of_distance(p, times(fifth, p->dn, nr * r), times(seventh, p->dn, nr * r), nu, k, by_u);
-    const Series fifth_r = times(fifth, dr, -R), fifth_c = times(fifth, one, -one), fifth_s = times_sines(fifth),
-                 fifth_cr = times(fifth_c, dr, -R), third_c = times(third, one, -one);
+    of_distance(p, times(fifth, p->dn, nr * r), times(m[4], p->dn, nr * r), nu, k, by_u);
     const Vector f = fifth.n[0], fr = fifth_r.n[0], fs = fifth_s.n[0], fcr = fifth_cr.n[0], tc = third_c.n[0],
                  frr = times(fifth_r, dr, -R).n[0], tcc = times(third_c, one, -one).n[0], ts = times_sines(third).n[0],
                  bulk = (1.0 - 4.0 * nu) * third.n[0];

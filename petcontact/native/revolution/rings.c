@@ -12,6 +12,7 @@ typedef struct { /* elements of a plane and what rings add */
     const int64_t *least; /* (e,): Gauss points that resolve the element itself */
     const Quadrature *quadrature;
     int64_t d, stress; /* 3 with torsion, else 2; whether stress is wanted */
+    Columns columns;   /* of `petcontact_ring_columns` alone */
 } Curve;
 
 typedef struct { /* of kernels over single elements, rows by node, kernel and kind */
@@ -42,65 +43,58 @@ INLINE void plane_values(Sum a, const Targets *t, const int *chosen, int count, 
 }
 
 /* All targets, those of each rule together. */
-INLINE void sum_all(RingWork *work, int stress, int second, int64_t number, const Element *e, const Targets *t, Wanted w)
+INLINE void sum_all(RingWork *work, int stress, int64_t number, const Element *e, const Targets *t, Wanted w)
 {
-    const Curve *curve = work->curve;
     const Constants *c = &work->constants;
     const double scale = 0.5 * c->scale * e->half, unit = stress ? 1.0 : c->unit;
-    const Sum a = {stress, stress ? STRESSES : KINDS, second, unit * scale, -unit * scale / c->unit, curve->quadrature, e,
-                   c};
-    double (*out)[CHUNK] = work->values;
-    int rule[CHUNK], chosen[CHUNK + 1] = {0};
-    rules_of(a.quadrature, e, (int)curve->least[number], t, rule);
+    const Sum a = {stress, stress ? ALL : 2 * KINDS, {unit * scale, -unit * scale / c->unit}, work->curve->quadrature, e, c};
+    int rule[CHUNK] = {0}, chosen[CHUNK + 1] = {0};
+    Local local;
+    if (e->arc)
+        preimages_of(e, t, 0, t->count, &local);
+    else
+        local_of(e, t, &local);
+    rules_of(a.quadrature, e, (int)work->curve->least[number], t, &local, rule);
     for (int k = 0, count, left = t->count; left; left -= count, k++) {
         count = 0;
         for (int i = 0; i < t->count; i++)
             if (rule[i] == k)
                 chosen[count++] = i;
         if (count && k)
-            by_points(a, (int)a.quadrature->points[e->order][k - 1], t, chosen, count, w, out);
+            by_points(a, (int)a.quadrature->points[e->order][k - 1], t, chosen, count, w, work->values);
         else if (count) {
-            Local local;
-            if (e->arc)
-                preimages_of(e, t, 0, t->count, &local);
+            if (stress)
+                memset(work->values, 0, w.last * ALL * sizeof *work->values);
             else
-                local_of(e, t, &local);
-            if (a.stress)
-                memset(out, 0, w.last * ALL * sizeof *out);
-            else
-                plane_values(a, t, chosen, count, w, out);
+                plane_values(a, t, chosen, count, w, work->values);
             for (int i = 0; i < count; i++)
-                add_crowded(a, &local, t, chosen[i], w, out);
+                add_crowded(a, &local, t, chosen[i], w, work->values);
         }
     }
-    if (!a.stress && e->arc && e->order == 0 && w.h)
-        add_slopes(e, a.constants, t, out[KINDS + RZ], out[KINDS + ZR]);
+    if (!stress && e->arc && e->order == 0)
+        add_slopes(e, c, t, work->values[KINDS + RZ], work->values[KINDS + ZR]);
 }
+
+static const int TWISTED[] = {RR, RZ, -1, ZR, ZZ, -1, -1, -1, TT}; /* of 3 components: torsion is apart from the rest */
+static const double NOTHING[CHUNK];
 
 /* Rows of stress, or of both components and torsion. */
 DISPATCHED void petcontact_over_ring(void *work, int64_t number, const Element *e, const Targets *t, Wanted w, int fresh,
                                      Entries *node)
 {
-    static const double nothing[CHUNK]; /* between torsion and the rest */
     RingWork *a = work;
-    const Curve *curve = a->curve;
-    const int d = (int)curve->d, place[] = {0, 1, d, d + 1, 2 * d + 2};
+    const int stress = (int)a->curve->stress, d = (int)a->curve->d, kinds = stress ? STRESSES : KINDS;
     (void)fresh;
-    if (curve->stress)
-        sum_all(a, 1, 1, number, e, t, w);
-    else if (w.h)
-        sum_all(a, 0, 1, number, e, t, w);
+    if (stress)
+        sum_all(a, 1, number, e, t, w);
     else
-        sum_all(a, 0, 0, number, e, t, w);
-    const int kinds = curve->stress ? STRESSES : KINDS;
-    for (int n = w.node; n < w.last; n++) {
-        for (int k = 0; k < ENTRIES; k++)
-            node[n].g[k] = node[n].h[k] = nothing;
-        for (int k = 0; k < kinds; k++) {
-            node[n].g[curve->stress ? k : place[k]] = a->values[2 * kinds * n + k];
-            node[n].h[curve->stress ? k : place[k]] = a->values[2 * kinds * n + kinds + k];
+        sum_all(a, 0, number, e, t, w);
+    for (int n = w.node; n < w.last; n++)
+        for (int k = 0; k < (stress ? STRESSES : d * d); k++) {
+            const int kind = stress || d == 2 ? k : TWISTED[k];
+            node[n].g[k] = kind < 0 ? NOTHING : a->values[2 * kinds * n + kind];
+            node[n].h[k] = kind < 0 ? NOTHING : a->values[2 * kinds * n + kinds + kind];
         }
-    }
 }
 
 /* G and H, (d, d, n nodes, m) each, of n elements of one order at m points, or D and S, (10, n nodes, m). */
@@ -110,37 +104,25 @@ void petcontact_ring_integrals(const Curve *a, int64_t n, const Points *points, 
     fill_integrals(petcontact_over_ring, &work, &a->plane, a->stress ? STRESSES : (int)(a->d * a->d), n, points, m, g, h);
 }
 
-typedef struct { /* a curve and what makes columns of G and H */
-    Curve curve;
-    Columns columns;
-} CurveColumns;
-
 /* See `fill_columns`. */
 void petcontact_ring_columns(const void *mesh, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns,
                              double *system, double *beside)
 {
-    const CurveColumns *a = mesh;
-    RingWork work = {&a->curve, constants_of(&a->curve.plane)};
-    fill_columns(petcontact_over_ring, &work, &a->curve.plane, (int)a->curve.d, &a->columns, m, rows, k, columns, system,
-                 beside);
+    const Curve *a = mesh;
+    RingWork work = {a, constants_of(&a->plane)};
+    fill_columns(petcontact_over_ring, &work, &a->plane, (int)a->d, &a->columns, m, rows, k, columns, system, beside);
 }
 
-/* 8π(1-ν) times 2µ ∫ U dθ (RR, RZ, ZR, ZZ, TT) and ∫ D dθ, (15, m), of a ring through (R, Z) at m points. */
+/* 8π(1-ν) times 2µ ∫ U dθ (RR, RZ, ZR, ZZ, TT) and ∫ D dθ, (15, m), of a ring through (R, Z) at m points (2, m), m whole vectors. */
 DISPATCHED void petcontact_ring_forces(int64_t m, const double *x, double radius, double z, double nu, double *out)
 {
-    for (int64_t first = 0; first < m; first += LANES) {
-        Vector r = {0.0}, dz = {0.0}, value[KINDS + 2 * STRESSES];
-        for (int64_t i = 0; i < LANES; i++) {
-            const int64_t k = first + i < m ? first + i : m - 1;
-            r[i] = x[2 * k];
-            dz[i] = z - x[2 * k + 1];
-        }
-        const Vector none = 0.0 * r;
-        const Rings ring = {r, radius + none, radius - r, dz, none, none, none};
-        ring_kernels(&ring, nu, 0, 0, value, 0);
-        ring_stress(&ring, nu, value + KINDS, value + KINDS + STRESSES);
+    for (int64_t i = 0; i < m; i += LANES) {
+        const Vector r = at(x + i), none = 0.0 * r;
+        const Rings ring = {r, radius + none, radius - r, z - at(x + m + i), none, none, none};
+        Vector value[KINDS + STRESSES], of_u[STRESSES];
+        ring_kernels(&ring, nu, 0, value, of_u);
+        ring_stress(&ring, nu, value + KINDS, of_u);
         for (int k = 0; k < KINDS + STRESSES; k++)
-            for (int64_t i = 0; i < LANES && first + i < m; i++)
-                out[k * m + first + i] = value[k][i];
+            *(Unaligned *)(out + k * m + i) = value[k];
     }
 }

@@ -5,27 +5,22 @@
 
 #include "ring.h"
 
-enum {
-    MOST = 64,
-    RULES = 12,
-    ALL = 2 * STRESSES
-}; /* points of a rule, rules by distance, kinds of kernels at a time, at most */
-static const double NEAREST = 1e-10; /* of half an element: as near as points crowd */
+enum { MOST = 64, RULES = 12, ALL = 2 * STRESSES }; /* points of a rule, rules by distance, components, at most */
+static const double NEAREST = 1e-10;                /* of half an element: as near as points crowd */
 /* Panels: the first reaches half way to the target's image behind the axis and turns by TURNED radians at most, those beyond it
    grow by GROWTH. With these 1 of 100 of 4000 random pairs was off by 8e-10 or more at 1e-9, the worst one by 4e-9; with 0.75,
    4 and the whole way 1e-8 and 3e-7. */
 static const double TURNED = 0.5, GROWTH = 3.0;
 
 typedef struct {                                                  /* bem.revolution.compiled fills it, numbers all double */
-    double rules[NODES], points[NODES][RULES], sum[NODES][RULES]; /* by order: Gauss points, and |z+1| + |z-1| from which on
-                                                                     they are enough; the most points first */
+    double rules[NODES], points[NODES][RULES], sum[NODES][RULES]; /* by order: Gauss points, the most first; |z+1| + |z-1| */
     double own, near, slope, rest;                                /* points of panels, see `add_panel` */
     double gauss[MOST + 1][2][MOST]; /* points in (0, 1) and weights, by their number, then any */
 } Quadrature;
 
-typedef struct {               /* what is summed over which element: both kernels of stress, or those of u */
-    int stress, kinds, second; /* components of each kernel, and whether the second is wanted */
-    double unit, other_unit;   /* of each */
+typedef struct {       /* what is summed over which element: both kernels of stress, or those of u */
+    int stress, kinds; /* components of both kernels */
+    double unit[2];    /* of each kernel */
     const Quadrature *quadrature;
     const Element *element;
     const Constants *constants;
@@ -43,30 +38,21 @@ INLINE void kernels_of(Sum a, const Rings *p, int near, Vector *value)
     if (a.stress)
         ring_stress(p, a.constants->nu, value, value + STRESSES);
     else
-        ring_kernels(p, a.constants->nu, a.second, near ? &a.constants->log_length : 0, value, value + KINDS);
+        ring_kernels(p, a.constants->nu, near ? &a.constants->log_length : 0, value, value + KINDS);
 }
 
-/* |z+1| + |z-1| of a point. */
-INLINE double sum_at(const Element *e, double x, double y)
+/* The rule of each target, 0 before: 0 near, else one more than its place among those of the order. Behind the axis a target may be
+   nearer in the coordinate of an arc. */
+INLINE void rules_of(const Quadrature *q, const Element *e, int least, const Targets *t, const Local *local, int *rule)
 {
-    if (e->arc) {
-        double xi, h;
-        preimage(e->arc, x - e->arc->middle[0], y - e->arc->middle[1], e->tx, e->ty, &xi, &h);
-        return sum_of(xi + 1.0, xi - 1.0, h);
-    }
-    const double ax = x - e->start[0], ay = y - e->start[1], bx = x - e->end[0], by = y - e->end[1];
-    return (sqrt(ax * ax + ay * ay) + sqrt(bx * bx + by * by)) / e->half;
-}
-
-/* The rule of each target: 0 near, else one more than its place among those of the order. */
-INLINE void rules_of(const Quadrature *q, const Element *e, int least, const Targets *t, int *rule)
-{
-    double sum[CHUNK];
-    for (int i = 0; i < t->count; i++) {
-        rule[i] = 0;
-        sum[i] = sum_at(e, t->x[i], t->y[i]);
-        if (e->arc) /* behind the axis it may be nearer in the coordinate of an arc */
-            sum[i] = fmin(sum[i], sum_at(e, -t->x[i], t->y[i]));
+    const Arc *arc = e->arc;
+    double sum[CHUNK], xi, h;
+    for (int i = 0; i < t->count; i++)
+        sum[i] = sum_of(local->left[i], local->right[i], local->h[i]);
+    for (int i = 0; arc && i < t->count; i++) {
+        preimage(arc, -t->x[i] - arc->middle[0], t->y[i] - arc->middle[1], e->tx, e->ty, &xi, &h);
+        const double image = sum_of(xi + 1.0, xi - 1.0, h);
+        sum[i] = image < sum[i] ? image : sum[i];
     }
     for (int k = 0; k < (int)q->rules[e->order] && (k == 0 || q->points[e->order][k] >= least); k++)
         for (int i = 0; i < t->count; i++)
@@ -77,7 +63,6 @@ INLINE void rules_of(const Quadrature *q, const Element *e, int least, const Tar
 INLINE void by_points(Sum a, int points, const Targets *t, const int *chosen, int count, Wanted w, double (*out)[CHUNK])
 {
     const Gauss *rule = a.element->rule->gauss + points;
-    const int kinds = a.second ? 2 * a.kinds : a.kinds;
     Sources s;
     sources_of(a.element, points, &s);
     for (int first = 0; first < count; first += LANES) {
@@ -88,7 +73,7 @@ INLINE void by_points(Sum a, int points, const Targets *t, const int *chosen, in
             z[i] = t->y[target];
         }
         for (int n = w.node; n < w.last; n++)
-            for (int k = 0; k < kinds; k++)
+            for (int k = 0; k < a.kinds; k++)
                 sum[n][k] = 0.0 * r;
         for (int q = 0; q < points; q++) {
             const double nr = s.ty[q] / a.element->half, nz = -s.tx[q] / a.element->half;
@@ -96,13 +81,13 @@ INLINE void by_points(Sum a, int points, const Targets *t, const int *chosen, in
             const Rings ring = {r, s.x[q] + none, dr, dz, nr + none, nz + none, nr * dr + nz * dz};
             kernels_of(a, &ring, 0, value);
             for (int n = w.node; n < w.last; n++)
-                for (int k = 0; k < kinds; k++)
+                for (int k = 0; k < a.kinds; k++)
                     sum[n][k] += (s.x[q] * rule->product[n][q]) * value[k];
         }
         for (int n = w.node; n < w.last; n++)
-            for (int k = 0; k < kinds; k++)
+            for (int k = 0; k < a.kinds; k++)
                 for (int i = 0; i < LANES && first + i < count; i++)
-                    out[2 * n * a.kinds + k][chosen[first + i]] = (k < a.kinds ? a.unit : a.other_unit) * sum[n][k][i];
+                    out[n * a.kinds + k][chosen[first + i]] = a.unit[2 * k >= a.kinds] * sum[n][k][i];
     }
 }
 
@@ -134,28 +119,27 @@ INLINE void add_panel(Sum a, const Place *place, double base, double side, doubl
                       Vector (*sum)[ALL])
 {
     const Quadrature *q = a.quadrature;
-    const int order = a.element->order, first = from == 0.0, kinds = a.second ? 2 * a.kinds : a.kinds;
+    const int order = a.element->order, first = from == 0.0;
     const double size = to - from, reach = area_sinh(to / scale), wanted = ceil(q->near + order + q->slope * reach);
     const int count = (int)(!first ? q->rest : place->own ? q->own : wanted < MOST ? wanted : MOST);
     for (int begin = 0; begin < count; begin += LANES) {
         const Vector x = at(q->gauss[count][0] + begin), fourth = x * x * (x * x);
-        Vector weight = at(q->gauss[count][1] + begin), offset = from + size * x, value[ALL];
-        if (first && !place->own) {
+        Vector weight = size * at(q->gauss[count][1] + begin), offset = from + size * x, value[ALL];
+        if (first && place->own) {
+            offset *= fourth;
+            weight *= 5.0 * fourth;
+        } else if (first) {
             const Vector grown = each(power_of_e, reach * x), shrunk = 1.0 / grown;
             offset = 0.5 * scale * (grown - shrunk);
-            weight *= 0.5 * scale * reach * (grown + shrunk);
-        } else if (first) {
-            offset = size * x * fourth;
-            weight *= 5.0 * size * fourth;
-        } else
-            weight *= size;
+            weight *= 0.5 * scale * reach / size * (grown + shrunk);
+        }
         offset = base + side * offset;
         const Rings ring = ring_at(a.element, place, offset);
         kernels_of(a, &ring, 1, value);
         const Vector s = 0.5 * (place->left + place->right) + offset;
         Vector below = 0.0 * s, legendre = ring.radius * weight;
         for (int n = 0; n <= order; n++) {
-            for (int k = 0; k < kinds; k++)
+            for (int k = 0; k < a.kinds; k++)
                 sum[n][k] += legendre * value[k];
             const Vector next = ((2 * n + 1) * s * legendre - n * below) * (1.0 / (n + 1));
             below = legendre;
@@ -168,14 +152,11 @@ INLINE void add_panel(Sum a, const Place *place, double base, double side, doubl
 INLINE void add_crowded(Sum a, const Local *local, const Targets *t, int i, Wanted w, double (*out)[CHUNK])
 {
     const Element *e = a.element;
-    const int kinds = a.second ? 2 * a.kinds : a.kinds;
     const double h = local->h[i], rise = e->arc ? 0.5 * e->arc->angle * h : 0.0; /* an arc is (1 - e^(-αh))/α away */
     const double lift = e->arc ? h * power_of_e(-rise) * sinhc(rise) : h;
     const Place place = {local->left[i], local->right[i], lift, t->x[i], t->element[i] == e->index};
     const double low = -place.left, high = -place.right, base = low > 0.0 ? low : high < 0.0 ? high : 0.0;
-    const double *end = low > 0.0 ? e->start : e->end, dx = t->x[i] - end[0], dy = t->y[i] - end[1];
-    const double near = base == 0.0 ? fabs(place.lift) : sqrt(dx * dx + dy * dy) / e->half;
-    const double scale = fmax(near, NEAREST), turn = e->arc ? TURNED / fabs(e->arc->angle) : 2.0;
+    const double scale = fmax(sqrt(base * base + lift * lift), NEAREST), turn = e->arc ? TURNED / fabs(e->arc->angle) : 2.0;
     Vector sum[NODES][ALL] = {{{0.0}}};
     for (double side = -1.0; side < 2.0; side += 2.0) {
         const double length = side > 0.0 ? high - base : base - low;
@@ -186,11 +167,11 @@ INLINE void add_crowded(Sum a, const Local *local, const Targets *t, int i, Want
         }
     }
     for (int l = 0; l <= e->order; l++)
-        for (int k = 0; k < kinds; k++) {
+        for (int k = 0; k < a.kinds; k++) {
             const Vector lanes = sum[l][k];
-            const double all = (k < a.kinds ? a.unit : a.other_unit) * ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3]));
+            const double all = a.unit[2 * k >= a.kinds] * ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3]));
             for (int n = w.node; n < w.last; n++)
-                out[2 * n * a.kinds + k][i] += e->rule->to_basis[n][l] * all;
+                out[n * a.kinds + k][i] += e->rule->to_basis[n][l] * all;
         }
 }
 
