@@ -82,24 +82,23 @@ PUNCH = (
 
 
 @pytest.mark.usefixtures("unsampled")
-@pytest.mark.parametrize("keep", ["contact", "all"])
-def test_a_sweep_of_bodies_and_load_steps(tmp_path, keep):
+def test_a_sweep_of_bodies_and_load_steps(tmp_path):
     (tmp_path / "punch.toml").write_text(PUNCH)
     sweep = read_sweep(
         sweep_file(
             tmp_path,
-            f"""
+            """
 problems = ["punch.toml"]
-keep = "{keep}"
+keep = "contact"
 [cross]
 "contact.0.friction_coefficient" = [0.1, 0.3]
-tolerance = [1e-8, 1e-9]
+tolerance = [1e-8]
 """,
         )
     )
     summary = quietly(sweep, tmp_path / "out")
     assert summary.exit_status == 0, summary.lines()
-    assert quietly(sweep, tmp_path / "out").reused == 4
+    assert quietly(sweep, tmp_path / "out").reused == 2
     table = read_case_table(tmp_path / "out")
     mu = table.numbers("friction_coefficient")
     # all slides in the end: the shear force is µ times the normal force, more friction takes more
@@ -108,13 +107,9 @@ tolerance = [1e-8, 1e-9]
     )
     area = table.numbers("contact_area")
     assert np.all((area > 0.5) & (area < 4.0)) and np.all(table.numbers("dissipated_energy") > 0.0)
-    kept = load_case(tmp_path / "out", sweep.ids[3])
-    if keep == "all":
-        assert kept.last.pairs["top"].area == pytest.approx(area[3], rel=1e-12)
-        assert kept.problem.contact[0].friction_coefficient == 0.3
-    else:
-        assert set(kept["interface"]) == {"top"} and kept["history_step"].tolist() == [1.0, 2.0]
-        assert kept["weight"][kept["state"] != 2].sum() == pytest.approx(area[3], rel=1e-12)
+    kept = load_case(tmp_path / "out", sweep.ids[1])
+    assert set(kept["interface"]) == {"top"} and kept["history_step"].tolist() == [1.0, 2.0]
+    assert kept["weight"][kept["state"] != 2].sum() == pytest.approx(area[1], rel=1e-12)
 
 
 ROUND = """
@@ -165,38 +160,6 @@ accuracy = [5e-2, 2e-2]
     assert table.numbers("max_pressure")[0] == alone.last.pairs["bottom"].pressure.max()
     peak = f"{table.numbers('peak_von_mises')[0]:.3g}"
     assert f"largest von Mises stress: {peak}" in alone.verdict()
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("unestimated", "unsampled")
-def test_friction_and_motions_of_obstacles_share_one_elimination(tmp_path, comm, monkeypatch):
-    (tmp_path / "punch.toml").write_text(PUNCH)
-    sweep = read_sweep(
-        sweep_file(
-            tmp_path,
-            """
-problems = ["punch.toml"]
-keep = "all"
-[cross]
-"contact.0.friction_coefficient" = [0.05, 0.4]
-"step.1.obstacle.0.displacement.0" = [0.001, 0.03]
-""",
-        )
-    )
-    calls = []
-    monkeypatch.setattr(
-        running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more)
-    )
-    assert quietly(sweep, tmp_path / "out").exit_status == 0
-    assert len(calls) == 1
-    for place in range(len(sweep)):
-        alone = solve(sweep[place].case, comm=comm)
-        kept = load_case(tmp_path / "out", sweep.ids[place])
-        a, b = alone.last.pairs["top"], kept.last.pairs["top"]
-        assert np.array_equal(a.pressure, b.pressure) and np.array_equal(a.slip, b.slip)
-        assert kept.warnings == alone.warnings
-    force = read_case_table(tmp_path / "out").numbers("force_x")
-    assert len(set(force.round(9))) == 4
 
 
 @pytest.mark.usefixtures("unestimated", "unsampled")

@@ -12,10 +12,9 @@ import h5py
 import numpy as np
 import pytest
 from marks import slow
-from sweep_files import CONFIGS, quietly, sweep_file
+from sweep_files import quietly, sweep_file
 
 from petcontact import load_case, load_sweep
-from petcontact.compliance.body.hodlr_operators import CompressedOperators
 from petcontact.errors import InputError, ResultError, SolverError
 from petcontact.linalg.elimination import Elimination
 from petcontact.pipeline.run import prepare, run
@@ -26,7 +25,7 @@ from petcontact.sweep.design.sweep import build_sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 from petcontact.sweep.schedule import cost as costs
 from petcontact.sweep.schedule.cost import estimate
-from petcontact.sweep.schedule.groups import describe, make_groups
+from petcontact.sweep.schedule.groups import describe
 from petcontact.sweep.store.case_table import read_case, read_case_table
 from petcontact.sweep.store.log import Record, records
 
@@ -106,36 +105,18 @@ def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(
     assert (summary.computed, summary.reused, summary.failed, summary.exit_status) == (8, 0, {}, 0)
     assert calls == [4, 4]
     monkeypatch.undo()
-    for chosen in small:
-        alone, kept = solve(chosen.case, comm=comm), load_case(folder, chosen.id)
-        assert kept.iterations == alone.iterations
-        np.testing.assert_allclose(
-            kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9
-        )
-
+    chosen = small[5]
+    alone, kept = solve(chosen.case, comm=comm), load_case(folder, chosen.id)
+    assert kept.iterations == alone.iterations
+    np.testing.assert_allclose(kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9)
     before = table_of(folder)
     again = quietly(small, folder)
     assert (again.computed, again.reused, again.exit_status) == (0, 8, 0)
     assert table_of(folder) == before
-    assert quietly(small, folder, force=True, only=["*-h0.4"]).computed == 4
+    assert quietly(small, folder, force=True, only=["*-rho1e3-h0.8"]).computed == 2
     assert table_of(folder) == before
 
 
-STEPPED = """
-problems = ["fretting.toml"]
-keep = "all"
-[set]
-"body.0.mesh.element_sizes" = { top = 0.25 }
-"body.0.mesh.element_size" = 1.5
-"body.1.mesh.element_size" = 1.5
-"step.2.increments" = 1
-"step.3.increments" = 1
-[zip]
-"contact.0.friction_coefficient" = [0.4, 0.3, "0.2 + 0.05*x**2", 0.4, 0.4, 0.4]
-"contact.0.gap" = ["x**2/2", "x**2/2", "x**2/2", "x**2/3", "x**2/2", "x**2/2"]
-"step.0.boundary.0.value" = [[0.0, -0.6], [0.0, -0.6], [0.0, -0.6], [0.0, -0.6], [0.0, -0.5], ["sqrt(-1 - x**2)", 0.0]]
-"step.1.increments" = [1, 1, 1, 1, 2, 1]
-"""
 PLAIN = """
 problems = ["example1.toml"]
 keep = "all"
@@ -151,19 +132,13 @@ element_size = 0.8
 """
 
 
-@pytest.mark.parametrize(
-    ("text", "eliminations"), [slow(STEPPED, 2), (PLAIN, 1)], ids=["steps", "one body"]
-)
-def test_loads_gaps_and_friction_share_one_elimination(
-    text, eliminations, tmp_path, monkeypatch, comm
-):
-    (tmp_path / "fretting.toml").write_text((CONFIGS / "fretting.toml").read_text())
-    sweep = read_sweep(sweep_file(tmp_path, text))
+def test_loads_gaps_and_friction_share_one_elimination(tmp_path, monkeypatch, comm):
+    sweep = read_sweep(sweep_file(tmp_path, PLAIN))
     calls, built = [], Elimination.__init__
     monkeypatch.setattr(Elimination, "__init__", lambda *words: calls.append(1) or built(*words))
     summary = quietly(sweep, tmp_path / "out")
     monkeypatch.undo()
-    assert len(calls) == eliminations
+    assert len(calls) == 1
     # the one whose load is no number fails, also where it is the first of its group
     assert len(summary.failed) == 1
     for chosen in sweep:
@@ -173,76 +148,12 @@ def test_loads_gaps_and_friction_share_one_elimination(
             assert summary.failed[chosen.id] == str(alone.value)
         else:
             alone, kept = solve(chosen.case, comm=comm), load_case(tmp_path / "out", chosen.id)
-            assert [step.load_factor for step in kept.steps] == [
-                step.load_factor for step in alone.steps
-            ]
             assert kept.status == alone.status == "converged"
-            for one, other in zip(kept.steps, alone.steps, strict=True):
-                for name, body in other.bodies.items():
-                    np.testing.assert_allclose(
-                        one.bodies[name].u, body.u, atol=1e-12 * np.abs(body.u).max()
-                    )
-                for name, pair in other.pairs.items():
-                    np.testing.assert_allclose(
-                        one.pairs[name].sigma_t,
-                        pair.sigma_t,
-                        atol=1e-12 * np.abs(pair.sigma_t).max(),
-                    )
-
-
-PROPORTIONAL = (
-    PLAIN.split("[zip]")[0]
-    + """
-"bem.mat_type" = "hodlr"
-[zip]
-"boundary.2.value" = [[400.0, 0.0], [300.0, 0.0], [300.0, 20.0]]
-"boundary.0.friction_bound" = [150.0, "100 + x", 150.0]
-"""
-)
-
-
-@pytest.mark.slow
-def test_compressed_bodies_share_what_loads_leave_alone_but_for_their_size(
-    tmp_path, monkeypatch, comm
-):
-    sweep, calls = read_sweep(sweep_file(tmp_path, PROPORTIONAL)), []
-    assert make_groups(sweep).size.tolist() == [3]
-    built = CompressedOperators.__init__
-    monkeypatch.setattr(
-        CompressedOperators, "__init__", lambda *words: calls.append(1) or built(*words)
-    )
-    assert quietly(sweep, tmp_path / "out").exit_status == 0
-    monkeypatch.undo()
-    # 300 for 400 is a factor; another direction takes another elimination
-    assert len(calls) == 2
-    for chosen in sweep:
-        alone, kept = solve(chosen.case, comm=comm), load_case(tmp_path / "out", chosen.id)
-        np.testing.assert_allclose(
-            kept.contact.u_t, alone.contact.u_t, atol=1e-9 * np.abs(alone.contact.u_t).max()
-        )
-
-
-@pytest.mark.slow
-def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_path, computed):
-    for pattern in ("*modified-rho1e3-h0.4", "*-rho1-*", "*"):
-        quietly(small, tmp_path / "bits", only=[pattern])
-    assert table_of(tmp_path / "bits") == table_of(computed)
-    for id_ in small.ids:
-        a, b = load_case(tmp_path / "bits", id_), load_case(computed, id_)
-        assert np.array_equal(a.contact.u_t, b.contact.u_t)
-        assert np.array_equal(a.traction, b.traction)
-
-
-@pytest.mark.slow
-def test_the_table_is_read_in_one_line_of_h5py_pandas_and_polars(small, computed):
-    with h5py.File(computed / "results.h5") as file:
-        columns = {name: column[()] for name, column in file["cases"].items()}
-    assert [id_.decode() for id_ in columns["id"]] == small.ids
-    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
-    assert pandas.DataFrame(columns).shape == polars.DataFrame(columns).shape == (8, len(columns))
-    frame = load_sweep(computed)
-    assert list(frame["id"]) == small.ids and frame["iterations"].dtype == np.int64
-    assert set(frame["rule"]) == {"self-adaptive", "modified"}
+            for one, other in (
+                (kept.u, alone.u),
+                (kept.contact.sigma_t, alone.contact.sigma_t),
+            ):
+                np.testing.assert_allclose(one, other, atol=1e-12 * np.abs(other).max())
 
 
 def test_without_pandas_a_sweep_is_a_dict_of_arrays(small, tmp_path, monkeypatch):
@@ -256,7 +167,7 @@ def test_without_pandas_a_sweep_is_a_dict_of_arrays(small, tmp_path, monkeypatch
     }
 
 
-@pytest.mark.parametrize("keep", ["scalars", "contact", slow("all")])
+@pytest.mark.parametrize("keep", ["scalars", "contact"])
 def test_fields_are_kept_where_they_are_asked_for(tmp_path, keep, comm):
     sweep = read_sweep(sweep_file(tmp_path, keep=keep))
     quietly(sweep, tmp_path / "out")
@@ -266,11 +177,9 @@ def test_fields_are_kept_where_they_are_asked_for(tmp_path, keep, comm):
         return
     alone = solve(sweep[3].case, comm=comm)
     kept = load_case(tmp_path / "out", sweep.ids[3])
-    found = kept if keep == "contact" else vars(kept.contact)
-    np.testing.assert_allclose(found["u_t"], alone.contact.u_t, rtol=1e-9, atol=1e-12)
-    assert list(found["part"]) == list(alone.contact.part)
-    if keep == "contact":
-        assert len(found["history_rho"]) == alone.iterations
+    np.testing.assert_allclose(kept["u_t"], alone.contact.u_t, rtol=1e-9, atol=1e-12)
+    assert list(kept["part"]) == list(alone.contact.part)
+    assert len(kept["history_rho"]) == alone.iterations
     with pytest.raises(ResultError, match="no case"):
         load_case(tmp_path / "out", "nothing")
     for name in ("out", "out/results.h5"):
@@ -311,7 +220,7 @@ def log_of(folder) -> tuple[Path, list[Record]]:
     return path, list(records(path))
 
 
-@pytest.mark.parametrize("damage", ["truncated", slow("inverted"), slow("gone"), "a row"])
+@pytest.mark.parametrize("damage", ["truncated", slow("inverted"), "a row"])
 def test_damaged_records_are_computed_again(small, tmp_path, computed, damage):
     shutil.copytree(computed, tmp_path / "out")
     before = table_of(tmp_path / "out")
@@ -327,9 +236,6 @@ def test_damaged_records_are_computed_again(small, tmp_path, computed, damage):
         place = read_case_table(tmp_path / "out").values("id").index(record.row["id"])
         with pytest.raises(ResultError, match="damaged"):
             load_case(tmp_path / "out", small.ids[place])
-    elif damage == "gone":
-        path.unlink()
-        lost = 8
     else:
         iterations = b'"iterations": '
         path.write_bytes(content.replace(iterations, iterations + b"1", 1))
@@ -339,15 +245,13 @@ def test_damaged_records_are_computed_again(small, tmp_path, computed, damage):
     assert all(load_case(tmp_path / "out", id_).converged for id_ in small.ids)
 
 
-@pytest.mark.parametrize("damage", ["no HDF5", "gone"])
-def test_a_damaged_table_costs_nothing(small, tmp_path, computed, damage):
+def test_a_damaged_table_costs_nothing(small, tmp_path, computed):
     shutil.copytree(computed, tmp_path / "out")
     before, path = table_of(tmp_path / "out"), tmp_path / "out" / "results.h5"
     with h5py.File(path) as file:
         iterations = file["cases/iterations"][()]
     path.unlink()
-    if damage == "no HDF5":
-        path.write_bytes(b"something else")
+    path.write_bytes(b"something else")
     # results.h5 is for others: what petcontact reads are the logs
     assert table_of(path) == before
     assert quietly(small, tmp_path / "out").computed == 0
@@ -382,61 +286,10 @@ def test_another_tolerance_is_another_case(small, tmp_path, computed):
     shutil.copytree(computed, tmp_path / "out")
     file, data, problems = read_files(tmp_path / "small.toml")
     data["set"] = {"tolerance": 1e-5}
-    assert quietly(build_sweep(file, data, problems), tmp_path / "out").computed == 8
+    other = build_sweep(file, data, problems)
+    assert quietly(other, tmp_path / "out", only=["*-rho1e3-h0.8"]).computed == 2
     # what was there before is not lost
     assert quietly(small, tmp_path / "out").reused == 8
-
-
-@pytest.mark.slow
-def test_more_fields_or_quantities_than_are_there_are_computed(tmp_path):
-    (tmp_path / "own_quantities.py").write_text(
-        "import numpy as np\n\ndef slip_work(solution):\n"
-        "    c = solution.contact\n    return float((c.weight * c.friction_bound) @ "
-        "np.linalg.norm(c.u_t, axis=1))\n"
-    )
-    text = (
-        'problems = ["example1.toml"]\nkeep = "{keep}"\n{more}\n[cross]\nrho = [1.0, '
-        "1e3]\n[set]\nelement_size = 0.4\n"
-    )
-    counts = []
-    more = 'quantities = ["own_quantities:slip_work"]\nvon_mises = [[4.0, 2.0], [1.0, 3.0]]'
-    wanted = [
-        ("scalars", ""),
-        ("scalars", ""),
-        ("contact", ""),
-        ("scalars", ""),
-        ("contact", more),
-        ("all", more),
-    ]
-    for keep, extra in wanted:
-        sweep = read_sweep(sweep_file(tmp_path, text.format(keep=keep, more=extra)))
-        counts.append(quietly(sweep, tmp_path / "out").computed)
-    assert counts == [2, 0, 2, 0, 2, 2]
-    again = read_sweep(sweep_file(tmp_path, text.format(keep="contact", more="")))
-    # what was asked for otherwise mixes nothing
-    assert quietly(again, tmp_path / "out").computed == 0
-    assert not {"von_mises_1", "slip_work"} & set(read_case_table(tmp_path / "out").names)
-    quietly(sweep, tmp_path / "out")
-    table = read_case_table(tmp_path / "out")
-    assert table.numbers("von_mises_1").min() > 0.0
-    # all that slips slips at the bound
-    np.testing.assert_allclose(
-        table.numbers("slip_work"), table.numbers("dissipated_energy"), rtol=1e-6
-    )
-
-
-@pytest.mark.slow
-def test_a_gmsh_mesh_that_changed_is_another_body(tmp_path):
-    for name in ("gallery_bracket.toml", "gallery_bracket.msh"):
-        (tmp_path / name).write_bytes((CONFIGS / name).read_bytes())
-    path = sweep_file(
-        tmp_path, 'problems = ["gallery_bracket.toml"]\n[cross]\ntolerance = [1e-6]\n'
-    )
-    assert quietly(read_sweep(path), tmp_path / "out").computed == 1
-    assert quietly(read_sweep(path), tmp_path / "out").reused == 1
-    mesh = tmp_path / "gallery_bracket.msh"
-    mesh.write_text(mesh.read_text() + "\n")
-    assert quietly(read_sweep(path), tmp_path / "out").computed == 1
 
 
 # -- failures
@@ -505,9 +358,7 @@ def test_a_quantity_that_raises_fails_its_case_and_no_other(tmp_path):
         )
 
 
-@pytest.mark.parametrize(
-    "name", ["status", "id", "digest", "force_x", "von_mises_1", "max_u_t", "rho", "sum"]
-)
+@pytest.mark.parametrize("name", ["status", "von_mises_1", "rho"])
 def test_a_quantity_named_like_a_column_is_refused_at_the_start(tmp_path, name):
     (tmp_path / "clashing_quantity.py").write_text(f"def {name}(solution):\n    return 1.0\n")
     text = (
@@ -564,34 +415,10 @@ def test_leftovers_of_a_killed_run_are_removed(small, tmp_path):
     assert not any(path.exists() for path in leftovers)
 
 
-@pytest.mark.slow
-def test_another_sweep_in_the_folder_loses_and_mixes_nothing(small, tmp_path):
-    quietly(small, tmp_path / "out")
-    before = table_of(tmp_path / "out")
-    other = read_sweep(
-        sweep_file(
-            tmp_path, 'problems = ["example2.toml"]\n[cross]\nelement_size = [0.4]', "other.toml"
-        )
-    )
-    assert quietly(other, tmp_path / "out").computed == 1
-    assert list(table_of(tmp_path / "out")) == other.ids
-    assert quietly(small, tmp_path / "out").reused == 8
-    assert table_of(tmp_path / "out") == before
-
-
 def test_a_folder_of_an_older_version_is_refused(small, tmp_path):
     (tmp_path / "out" / "journal").mkdir(parents=True)
     with pytest.raises(InputError, match="older petcontact"):
         quietly(small, tmp_path / "out")
-
-
-@pytest.mark.slow
-def test_a_sweep_that_grows_keeps_what_is_there(small, tmp_path):
-    quietly(small, tmp_path / "out")
-    file, data, problems = read_files(tmp_path / "small.toml")
-    data["cross"]["rho"] = [1.0, 1e3, 1e5]
-    summary = quietly(build_sweep(file, data, problems), tmp_path / "out")
-    assert (summary.computed, summary.reused) == (4, 8)
 
 
 @pytest.mark.parametrize("name", ["results.h5", "sweep.json"])
@@ -635,33 +462,3 @@ def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
     # options that change digits are another case
     redone = command("small.toml", "-ksp_type", "gmres", "-ksp_rtol", "1e-10", cwd=tmp_path)
     assert "computed 8, reused 0" in redone.stdout
-
-
-@pytest.mark.slow
-def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small, tmp_path):
-    """A limit on the size of a file stands for a full disk: the log fits it, the table does not."""
-    sweep = read_sweep(sweep_file(tmp_path, keep="scalars"))
-    program = (
-        "import resource, sys\nfrom petcontact.commands import main as cli\n"
-        "from petcontact.runtime.petsc import initialise\n"
-        "initialise()\nresource.setrlimit(resource.RLIMIT_FSIZE, (15_000, 15_000))\n"
-        "sys.argv[0] = 'petcontact'\ncli.entry()\n"
-    )
-    words = [
-        sys.executable,
-        "-c",
-        program,
-        "sweep",
-        str(tmp_path / "small.toml"),
-        "-o",
-        str(tmp_path / "out"),
-    ]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 1, done.stderr
-    (line,) = [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
-    assert "results.h5: cannot be written (File too large); the finished cases are whole" in line
-    assert not (tmp_path / "out" / "results.h5").exists()
-    assert not list((tmp_path / "out").glob("*.tmp"))
-    assert read_case_table(tmp_path / "out").status == 8 * ["converged"]
-    again = quietly(sweep, tmp_path / "out")
-    assert (again.computed, again.reused, again.exit_status) == (0, 8, 0)

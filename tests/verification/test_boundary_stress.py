@@ -6,9 +6,8 @@ from __future__ import annotations
 import h5py
 import numpy as np
 import pytest
-from marks import slow
 from verification.test_exact_blocks import GIVEN, exact, solved
-from verification.test_exact_solutions import METHOD, STEEL, Kirsch, Lame
+from verification.test_exact_solutions import METHOD, STEEL, Kirsch
 from verification.test_volume_loads import ALPHA, E, M, ring_problem, spinning_ring, steel
 
 from petcontact import (
@@ -31,10 +30,7 @@ pytestmark = pytest.mark.usefixtures("unestimated")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), (Kirsch, 2e-4, 2e-4)]
-)
-def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
+def test_stress_of_a_hole_on_and_next_to_its_boundary(tmp_path, problem=Kirsch, bound=2e-4):
     """Nodal stress in the file, too, and points given by coordinates."""
     solution = solve(
         Problem(
@@ -49,38 +45,28 @@ def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
     at = mesh.variables_at(*best_places(mesh))
     x = np.column_stack([at["x"], at["y"]])
     stress = problem.exact(x)[1]
-    assert np.abs(solution.stress_at(x) - stress).max() < between * np.abs(stress).max()
+    assert np.abs(solution.stress_at(x) - stress).max() < bound * np.abs(stress).max()
     # next to the boundary, too, but for the ends of parts
     ends = mesh.start[mesh.part != np.roll(mesh.part, 1)]
     away = np.linalg.norm(x[:, None] - ends, axis=2).min(axis=1) > 0.1
     normal = np.column_stack([at["nx"], at["ny"]])
     for depth in (1e-5, 1e-3, 1e-2):
         under = (x - depth * normal)[away]
-        assert (
-            np.abs(solution.stress_at(under) - problem.exact(under)[1]).max()
-            < nodes * np.abs(stress).max()
-        )
+        off = np.abs(solution.stress_at(under) - problem.exact(under)[1])
+        assert off.max() < bound * np.abs(stress).max()
     solution.save(tmp_path / "r.h5")
     with h5py.File(tmp_path / "r.h5") as file:
         stored = file["boundary/stress"][()]
         assert file["boundary/stress"] == file["steps/1/body/body/stress"]
     exact_nodes = problem.exact(mesh.x)[1]
-    assert np.abs(stored - exact_nodes).max() < nodes * np.abs(exact_nodes).max()
+    assert np.abs(stored - exact_nodes).max() < bound * np.abs(exact_nodes).max()
     again = read_result(tmp_path / "r.h5").stress_on_boundary()
     assert np.abs(again - stored).max() < 1e-10 * np.abs(stored).max()
 
 
-@pytest.mark.parametrize(
-    "mesh, bound",
-    [
-        ({"order": 3, "levels": 4}, 1.4e-3),
-        ({"order": 4, "levels": 6}, 3e-4),
-        slow({"order": 5, "levels": 8}, 1e-4),
-    ],
-)
-def test_stress_along_contact_graded_to_its_edges(mesh, bound):
+def test_stress_along_contact_graded_to_its_edges():
     """σ_xx under Cattaneo's tractions, on the secondary and on the primary."""
-    solution = solved(**mesh, grading=0.3, graded_points=GIVEN)
+    solution = solved(order=4, levels=6, grading=0.3, graded_points=GIVEN)
     for body, part, side in (("lower", "top", 1.0), ("upper", "bottom", -1.0)):
         own = solution.meshes[body]
         element, place = best_places(own)
@@ -89,23 +75,21 @@ def test_stress_along_contact_graded_to_its_edges(mesh, bound):
         x = np.column_stack([at["x"], at["y"]])
         wanted = exact(side * x)[1]
         found = solution.stress_at(x, body, part=part)[:, 0]
-        assert np.abs(found - wanted).max() < bound * np.abs(wanted).max()
+        assert np.abs(found - wanted).max() < 3e-4 * np.abs(wanted).max()
 
 
-@pytest.mark.parametrize("plane", ["strain", "stress"])
-def test_a_rotating_ring(plane):
+def test_a_rotating_ring(plane="strain"):
     """Hoop stress on both rims and along the line of symmetry, whose traction is contact's."""
     solution = solve(ring_problem(plane))
     x = solution.mesh.x
     r = np.hypot(*x.T)
     stress = solution.stress_on_boundary()
-    e, nu = (E, 0.3) if plane == "stress" else (E / (1.0 - 0.3**2), 0.3 / 0.7)
+    e, nu = E / (1.0 - 0.3**2), 0.3 / 0.7
     moved, radial = spinning_ring(r, 1.0, 2.0, 3.0, plane)
     hoop = e * moved / r + nu * radial
     assert np.abs(stress[:, 0] + stress[:, 1] - hoop - radial).max() < 1e-4 * hoop.max()
     middle = solution.state_at([[1.0, 0.0], [0.0, 2.0]])
-    zz = 0.0 if plane == "stress" else 0.3 * middle.stress[:, :2].sum(axis=1)
-    assert np.allclose(middle.sigma_zz, zz)
+    assert np.allclose(middle.sigma_zz, 0.3 * middle.stress[:, :2].sum(axis=1))
 
 
 def test_heat():

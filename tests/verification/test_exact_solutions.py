@@ -181,9 +181,8 @@ def measure(problem, **mesh):
     [
         # order of u on Γ, of the traction on Γ, of u inside, of the stress inside; relative errors
         # on the finest mesh
-        (Lame, 0, (0.2, 0.1, 0.05), (0.9, 0.4, 0.9, 1.1), (3.4e-3, 4.3e-3, 3.0e-3, 2.8e-3)),
+        (Lame, 0, (0.2, 0.1), (0.9, 0.4, 0.9, 1.1), (6.8e-3, 6.0e-3, 6.0e-3, 6.0e-3)),
         (Lame, 2, (0.8, 0.4), (3.5, 1.9, 3.5, 2.8), (8e-5, 1.3e-3, 1.3e-4, 1.3e-3)),
-        (Lame, 3, (0.8, 0.4), (5.0, 3.0, 5.0, 5.0), (4e-6, 1.7e-4, 4e-6, 6e-5)),
         (Kirsch, 3, (0.4, 0.2), (3.5, 2.0, 3.5, 4.5), (5e-7, 1.3e-4, 5e-7, 8e-7)),
     ],
     ids=lambda value: (

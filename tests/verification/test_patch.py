@@ -62,9 +62,7 @@ def slipping(material, *, order, hole, size=0.6):
     return solution, exact, np.array([xx, yy, xy])
 
 
-@pytest.mark.parametrize(
-    ("order", "plane", "hole"), [(1, "stress", False), (3, "stress", True), (3, "strain", False)]
-)
+@pytest.mark.parametrize(("order", "plane", "hole"), [(1, "strain", False), (3, "stress", True)])
 def test_constant_stress_with_slip_is_exact(order, plane, hole):
     material = Material(young_modulus=1000.0, poisson_ratio=0.3, plane=plane)
     solution, exact, stress = slipping(material, order=order, hole=hole)

@@ -136,33 +136,6 @@ def test_the_force_and_not_the_speed_grows_linearly_in_a_step():
     assert np.allclose(u, 5.0 / 9.0, rtol=1e-12)
 
 
-def test_the_same_cut_in_two_and_with_contact_on_three_sides():
-    halves = [
-        Body(
-            name=name,
-            material=steel(),
-            geometry=Rectangle((0, y), (2, y + 1.5)),
-            mesh=MeshOptions(element_size=0.5, order=2),
-            loads=VolumeLoads(acceleration=(0, -G)),
-        )
-        for name, y in (("lower", 0.0), ("upper", 1.5))
-    ]
-    walls = [
-        Pair(name=f"{body}-{side}", secondary=f"{body}.{side}", primary="box", normal="bilateral")
-        for body in ("lower", "upper")
-        for side in ("left", "right")
-    ]
-    pairs = [
-        Pair(name="cut", secondary="upper.bottom", primary="lower.top", friction_coefficient=0.2),
-        Pair(name="floor", secondary="lower.bottom", primary="box", friction_coefficient=0.2),
-        *walls,
-    ]
-    solution = solve(Problem(body=halves, contact=pairs, obstacle=[Obstacle(name="box")]))
-    assert solution.converged
-    for name, height in (("cut", 1.5), ("floor", 3.0)):
-        assert np.abs(solution.pairs[name].pressure / (RHO * G * height) - 1.0).max() < 1e-11
-
-
 @pytest.mark.parametrize("d", [2, 3])
 def test_a_free_body_on_rough_ground_stands_if_it_can(d):
     geometry = Rectangle((0, 0), (2, 1)) if d == 2 else Box((0, 0, 0), (2, 1, 1))
@@ -239,7 +212,7 @@ def test_a_quadratic_temperature_between_walls(plane):
     assert np.allclose(solution.von_mises_at(points), np.abs(sideways), rtol=1e-11)
 
 
-def test_a_pipe_that_conducts_heat(plane="strain"):
+def test_a_pipe_that_conducts_heat():
     """T = log r (Timoshenko and Goodier, art. 150, of a pipe that is hotter inside)."""
     a, b = 1.0, 2.0
     sides = [
@@ -250,14 +223,14 @@ def test_a_pipe_that_conducts_heat(plane="strain"):
     ]
     solution = solve(
         Problem(
-            material=steel(plane),
+            material=steel(),
             geometry=quarter_ring(a, b),
             mesh=MeshOptions(element_size=0.2, order=4),
             boundary=sides,
             loads=VolumeLoads(temperature="50*log(sqrt(x**2 + y**2))"),
         )
     )
-    modulus = 50.0 * ALPHA * E / (1.0 if plane == "stress" else 1.0 - NU)
+    modulus = 50.0 * ALPHA * E / (1.0 - NU)
     r, angle = np.array([1.2, 1.5, 1.8]), np.array([0.3, 0.9, 1.4])
     way = np.column_stack([np.cos(angle), np.sin(angle)])
     stress = solution.stress_at(r[:, None] * way)
@@ -283,12 +256,7 @@ def test_a_pipe_that_conducts_heat(plane="strain"):
 
 @pytest.mark.parametrize(
     ("temperature", "order", "plane"),
-    [
-        ("80 + 20*x", 2, "strain"),
-        ("80 + 20*x", 2, "stress"),
-        ("5*(x**2 - y**2)", 3, "strain"),
-        (80.0, 1, "stress"),
-    ],
+    [("5*(x**2 - y**2)", 3, "strain"), ("80 + 20*x", 2, "stress")],
 )
 def test_a_free_plate_has_no_stress(temperature, order, plane):
     sides = [Pair(name="floor", secondary="bottom", primary="ground", normal="bilateral")]
@@ -463,11 +431,6 @@ def test_mistakes_are_one_line(changes, told):
             {"density": 0.0},
             {"acceleration": [0.0, -1.0]},
             "loads.acceleration: does nothing, the density of body 'body' is 0",
-        ),
-        (
-            {},
-            {"angular_velocity": 1.0},
-            "loads.angular_velocity: the material of body 'body' has no density",
         ),
         (
             {},

@@ -6,8 +6,6 @@ import base64
 import csv
 import io
 import re
-import shutil
-import subprocess
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
@@ -182,29 +180,6 @@ def test_what_is_no_sweep_is_refused(tmp_path, name, swept):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.slow
-def test_many_rows_are_one_pass(tmp_path):
-    rows = (
-        {
-            "id": f"c{k}",
-            "rho": float(k),
-            "tau": k % 7,
-            "status": "converged",
-            "published": None,
-            "iterations": k % 50,
-            "reason": "",
-        }
-        for k in range(20_000)
-    )
-    large = CaseTable("", ["rho", "tau"], columns_of(rows), Path())
-    (one,) = make_tables(large, ["rho"], [])
-    assert len(one.rows) == 20_000 and one.cells[(12345.0,), ()].ours == 12345 % 50
-    (seven,) = make_tables(large, ["tau"], [])
-    assert [seven.cells[key, ()].ours for key in seven.rows] == [
-        pytest.approx(np.mean([n % 50 for n in range(k, 20_000, 7)])) for k in range(7)
-    ]
-
-
 # -- output
 # --------------------------------------------------------------------------------------------------
 
@@ -308,28 +283,6 @@ def test_the_page_stands_alone(table):
     for status, problem, iterations, published in facts:
         if status == "converged" and problem == "example1":
             assert f"{iterations:.0f} / {published:.0f}" in shown
-
-
-def test_a_browser_draws_the_page(table, tmp_path):
-    browser = shutil.which("chromium")
-    if browser is None:
-        pytest.skip("chromium is not installed")
-    (tmp_path / "page.html").write_text(html(table, make_tables(table)))
-    words = [
-        browser,
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--window-size=1200,3000",
-        f"--screenshot={tmp_path / 'page.png'}",
-        str(tmp_path / "page.html"),
-    ]
-    subprocess.run(words, capture_output=True, timeout=300, check=True)
-    import matplotlib.image
-
-    picture = matplotlib.image.imread(tmp_path / "page.png")
-    # a page in black on white, with figures down to its end
-    assert picture.shape[:2] == (3000, 1200) and 0.005 < (picture[1500:, :, :3] < 0.5).mean() < 0.5
 
 
 def test_pictures_are_of_the_last_case_of_each_problem(table):

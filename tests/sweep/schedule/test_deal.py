@@ -3,26 +3,13 @@ it helps."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
-import threading
-
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact.sweep.progress import DONE, FAILED, Progress
 from petcontact.sweep.schedule.cost import Cost
 from petcontact.sweep.schedule.deal import Counters, dealt, make_parts
-
-PROCESS = """
-import sys
-from pathlib import Path
-from petcontact.sweep.schedule.deal import Counters
-counters = Counters(Path(sys.argv[1]))
-print(*[counters.add("n") for _ in range(500)])
-"""
 
 
 def costs_of(case, prepare):
@@ -103,13 +90,6 @@ def test_teams_end_near_together_though_costs_are_wrong_by_half(tmp_path):
     assert clocks.max() < 1.05 * clocks.mean()
 
 
-@pytest.mark.slow
-def test_a_hundred_thousand_groups_of_one_case_are_few_claims():
-    parts, _ = parts_of([1] * 100_000, [2e-3] * 100_000, [1e-3] * 100_000, 2)
-    assert sum(part.batches for part in parts) < 32 * 2 + 2
-    assert sum(len(part.places) for part in parts) == 100_000
-
-
 def test_a_few_cases_go_to_all_teams_however_cheap_they_seem(tmp_path):
     """What a case costs may be a thousand times what its mesh suggests: load steps are not
     counted."""
@@ -117,26 +97,6 @@ def test_a_few_cases_go_to_all_teams_however_cheap_they_seem(tmp_path):
     parts, group = parts_of([1] * 8, case, prepare, 4)
     batches, _ = dealt_out(tmp_path, parts, group, case, prepare, 4)
     assert [sum(map(len, some)) for some in batches] == [2] * 4
-
-
-@pytest.mark.slow
-def test_numbers_are_given_once_to_threads_and_processes(tmp_path):
-    counters = Counters(tmp_path)
-    won: list[int] = []
-    words = [sys.executable, "-c", PROCESS, str(tmp_path)]
-    jobs = [subprocess.Popen(words, stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    threads = [
-        threading.Thread(target=lambda: won.extend(counters.add("n") for _ in range(200)))
-        for _ in range(4)
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for job in jobs:
-        won.extend(map(int, job.communicate(timeout=300)[0].split()))
-    assert sorted(won) == list(range(1800))
-    assert counters.look("n") == 1800 and counters.look("nothing") == 0
 
 
 def test_the_progress_line_counts_what_is_on_the_disk(tmp_path):

@@ -53,11 +53,6 @@ def displacement(solution, *, at, component, part, body=None, step=None):
     return _at(mesh.x[nodes], mesh.element[nodes], u[nodes, component], at)
 
 
-def largest_displacement(solution, *, body, step=None):
-    """Largest |u| at the nodes of a body [length]."""
-    return float(np.linalg.norm(_increment(solution, step).bodies[body].u, axis=1).max())
-
-
 def difference(solution, *, of, first, second, **keywords):
     """A measure at `first` minus that at `second`, both tables of its keys."""
     function = globals()[of]

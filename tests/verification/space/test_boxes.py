@@ -93,12 +93,9 @@ def test_condensed_and_full_agree() -> None:
     ("keys", "message"),
     [
         ({"mesh.order": 4}, "mesh.order: panels in space have order 0 to 3"),
-        ({"mesh.grading": 0.3}, "mesh.grading: is for plane bodies"),
         ({"mesh.element_size": 1e-3}, "at most"),
         ({"mesh.element_sizes": {"side": 1.0}}, "no part 'side'"),
-        ({"boundary.1.value": [0.0, 0.0]}, "the body has 3 dimensions, got 2 components"),
         ({"bem.mat_type": "hodlr"}, "plane bodies"),
-        ({"boundary.0.friction_bound": "s"}, "unknown name 's'"),
         ({"geometry.upper": [0.0, 4.0, 4.0]}, "each coordinate of upper must be greater"),
     ],
     ids=lambda value: value if isinstance(value, str) else next(iter(value)),

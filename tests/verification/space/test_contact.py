@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from marks import slow
 from shapes import cuboid, elastic, moved, touching
 
 from petcontact import Problem
@@ -20,7 +19,7 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
 
-MU, STICK, HALF = 0.4, 0.6, 1.5
+HALF = 1.5
 HELD = {
     "lower": ("left", "right", "front", "back", "bottom"),
     "upper": ("left", "right", "front", "back", "top"),
@@ -67,13 +66,12 @@ def relative(weight, found, exact):
     )
 
 
-@pytest.mark.parametrize("order", [1, slow(2)])
-def test_hertz_on_a_rigid_sphere(order):
+def test_hertz_on_a_rigid_sphere():
     """p_0 = 1, a = 1, ν = 0.3: pressure, and its resultant 2π/3."""
     nu = 0.3
     rise = 0.25 * np.pi * (1.0 - nu**2)
     data = {
-        "body": [block("lower", nu, 0.5, order)],
+        "body": [block("lower", nu, 0.5, 1)],
         "obstacle": [{"name": "sphere"}],
         "contact": [touching("top", "lower.top", "sphere", gap=f"{rise}*(x**2 + y**2 - 2)")],
     }
@@ -99,38 +97,27 @@ def test_hertz_on_a_rigid_sphere(order):
     assert abs(pair.force[2] + 2.0 * np.pi / 3.0) < of_force * 2.0 * np.pi / 3.0
 
 
-def cattaneo(x, sign):
-    """Displacements of press, +Q, -Q, +Q, (4, n, 3), on the lower (sign -1) or upper body, zero
-    slip where they stick."""
-    turned = x * [1.0, 1.0, sign]
-    press = elliptic_load(turned, 1.0, 1.0, 0.0, 0.0)
-    shear = elliptic_load(turned, 1.0, 0.0, MU, 0.0) - STICK * elliptic_load(
-        turned, STICK, 0.0, MU, 0.0
-    )
-    shear[:, 0] -= 0.5 * np.pi * MU * (1.0 - STICK**2)
-    return np.array([press, press - sign * shear, press + sign * shear, press - sign * shear]) * [
-        1.0,
-        1.0,
-        sign,
-    ]
+def pressed(x, sign):
+    """Displacements (1, n, 3) of the lower (sign -1) or upper body."""
+    flip = np.array([1.0, 1.0, sign])
+    return elliptic_load(x * flip, 1.0, 1.0, 0.0, 0.0)[None] * flip
 
 
-@pytest.mark.parametrize("primary", [slow(0.43), 0.75])
-def test_hertz_on_faces_that_do_not_match(primary, monkeypatch):
+def test_hertz_on_faces_that_do_not_match(monkeypatch):
     """Order 2, panels of .5: p is at most 2.3 times as far off as on matching ones, force and
     moment pass exactly."""
     errors = []
     for match in (assemble.matched, lambda boundaries, own, *pairs: own):
         monkeypatch.setattr(assemble, "matched", match)
         data = {
-            "body": [block("lower", 0.0, 0.5, 2), block("upper", 0.0, primary, 2)],
+            "body": [block("lower", 0.0, 0.5, 2), block("upper", 0.0, 0.75, 2)],
             "contact": [
                 touching(
                     "pair", "lower.top", "upper.bottom", gap=f"{0.5 * np.pi}*(x**2 + y**2 - 2)"
                 )
             ],
         }
-        solution = solved(data, [lambda x: cattaneo(x, -1.0)[:1], lambda x: cattaneo(x, 1.0)[:1]])
+        solution = solved(data, [lambda x: pressed(x, -1.0), lambda x: pressed(x, 1.0)])
         pair = solution.last.pairs["pair"]
         p = np.sqrt(np.maximum(1.0 - pair.x[:, 0] ** 2 - pair.x[:, 1] ** 2, 0.0))
         errors.append(relative(pair.weight, pair.pressure[:, None], p[:, None]))

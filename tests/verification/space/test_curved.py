@@ -91,10 +91,9 @@ def test_lame_with_orders_beyond_those_of_flat_panels(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("turn", [0.4, 0.0])
-def test_shells_in_contact(tmp_path: Path, turn: float, comm: Any) -> None:
-    """A hollow sphere in another one, as if they were one: pressure between them on meshes that
-    match and that do not."""
+def test_shells_in_contact(tmp_path: Path, comm: Any, turn: float = 0.4) -> None:
+    """A hollow sphere in another one, as if they were one: pressure between them on meshes that do
+    not match."""
     turned = (
         icosphere(2)
         @ scipy.spatial.transform.Rotation.from_rotvec([turn, -0.7 * turn, 0.9 * turn]).as_matrix()
@@ -116,10 +115,7 @@ def test_shells_in_contact(tmp_path: Path, turn: float, comm: Any) -> None:
     pair, exact = solution.pairs["fit"], -both.stress(np.array([2.0]))[0][0]
     error = np.sqrt(pair.weight @ (pair.pressure / exact - 1.0) ** 2 / pair.weight.sum())
     shear = np.sqrt(pair.weight @ np.sum(pair.sigma_t**2, axis=1) / pair.weight.sum()) / exact
-    assert solution.converged and error < (1e-2 if turn == 0.0 else 5e-2) and shear < 1e-2, (
-        error,
-        shear,
-    )
+    assert solution.converged and error < 5e-2 and shear < 1e-2, (error, shear)
     # an estimate is never too small, and up to 12 times too large
     assert 0.95 * error < with_estimate(solution, comm).accuracy.error < 12.0 * error
 

@@ -3,7 +3,6 @@ fields on random bodies."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -16,7 +15,6 @@ from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
-from petcontact.reference.lame import Sphere
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
@@ -96,63 +94,6 @@ def test_block_cut_out_of_a_loaded_half_space(field: Field) -> None:
         )
     orders = np.log2(np.array(errors[0]) / errors[1])
     assert errors[1][0] < 4e-3 and errors[1][1] < 1e-2 and orders.min() > 2.5, (errors, orders)
-
-
-def sphere(radius: float, level: int, outward: bool) -> np.ndarray:
-    """Triangles (n, 3, 3) of an octahedron, cut in four `level` times, corners on the sphere."""
-    signs = itertools.product((1.0, -1.0), repeat=3)
-    faces = np.array(
-        [
-            [a * np.eye(3)[0], b * np.eye(3)[1], c * np.eye(3)[2]][:: int(a * b * c)]
-            for a, b, c in signs
-        ]
-    )
-    for _ in range(level):
-        middle = 0.5 * (faces + np.roll(faces, -1, axis=1))
-        pieces = [np.stack([faces[:, k], middle[:, k], middle[:, k - 1]], axis=1) for k in range(3)]
-        faces = np.concatenate([*pieces, middle])
-        faces /= np.linalg.norm(faces, axis=2, keepdims=True)
-    return radius * (faces if outward else faces[:, ::-1])
-
-
-def test_hollow_sphere_of_lame() -> None:
-    """Pressure inside, no condition on the motion but that u is orthogonal to rigid ones; flat
-    panels: order 2 in h."""
-    inner, outer, errors = 1.0, 2.0, []
-    for level in (1, 2):
-        triangles = np.concatenate(
-            [sphere(inner, level, outward=False), sphere(outer, level, outward=True)]
-        )
-        corners = np.concatenate([triangles, np.full((len(triangles), 1, 3), np.nan)], axis=1)
-        mesh = SurfaceMesh(
-            corners,
-            np.full(len(corners), 1),
-            np.repeat([0, 1], len(corners) // 2),
-            ("inside", "outside"),
-        )
-        g, h = operators(mesh)
-        pressed = (mesh.node_part == 0)[:, None] * -mesh.normal
-        modes = np.concatenate(
-            [
-                np.tile(np.eye(3), (mesh.n_nodes, 1)),
-                np.stack([np.cross(e, mesh.x).ravel() for e in np.eye(3)], axis=1),
-            ],
-            axis=1,
-        )
-        weighted = modes * np.repeat(mesh.weight, 3)[:, None]
-        system = np.block([[h, weighted], [weighted.T, np.zeros((6, 6))]])
-        u = np.linalg.solve(system, np.concatenate([g @ pressed.ravel(), np.zeros(6)]))[
-            :-6
-        ].reshape(-1, 3)
-        r = np.linalg.norm(mesh.x, axis=1)
-        exact = Sphere(inner, outer, 1.0, NU, pressure_inside=1.0).displacement(r) / (
-            1.0 + NU
-        )  # 2µ u_r
-        difference = u - exact[:, None] * mesh.x / r[:, None]
-        errors.append(
-            np.sqrt(mesh.weight @ np.sum(difference**2, axis=1) / (mesh.weight @ exact**2))
-        )
-    assert errors[1] < 0.08 and np.log2(errors[0] / errors[1]) > 1.6, errors
 
 
 @settings(max_examples=2, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
