@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import forked
 
@@ -73,6 +74,14 @@ def run(ranks: int, *words: str, timeout: float = 120.0, **keywords) -> subproce
         out, err = job.communicate()
         raise AssertionError(f"mpiexec still ran after {timeout} s\n{out}\n{err}") from None
     return subprocess.CompletedProcess(job.args, job.returncode, out, err)
+
+
+def result(ranks: int, program: str, *words: str) -> Any:
+    """What rank 0 of a program prints as JSON behind RESULT."""
+    done = run(ranks, "-c", program, *words)
+    assert done.returncode == 0, done.stderr
+    lines = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
+    return json.loads(lines[0].removeprefix("RESULT "))
 
 
 SERIES = """

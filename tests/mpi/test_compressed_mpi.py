@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
@@ -30,20 +29,10 @@ if petsc().COMM_WORLD.getRank() == 0:
 """
 
 
-def solutions(ranks, *options):
-    done = launch.run(ranks, "-c", PROGRAM, *options)
-    assert done.returncode == 0, done.stderr
-    return json.loads(
-        next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[
-            1
-        ]
-    )
-
-
 def test_ranks_agree():
-    dense = solutions(1, "-bem_mat_type", "dense")
+    dense = launch.result(1, PROGRAM, "-bem_mat_type", "dense")
     for ranks in (1, 2):
-        projected, newton = solutions(ranks, "-bem_mat_type", "hodlr")
+        projected, newton = launch.result(ranks, PROGRAM, "-bem_mat_type", "hodlr")
         assert (
             projected[-1] == dense[0][-1]
         )  # iterations; Newton's differ, its inner solves are other ones

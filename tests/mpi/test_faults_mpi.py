@@ -11,7 +11,7 @@ from pathlib import Path
 
 import h5py
 import pytest
-from marks import slow
+from problems import block, load_step
 
 sys.path.insert(0, str(Path(__file__).parent))
 import launch
@@ -19,6 +19,7 @@ import launch
 pytestmark = pytest.mark.mpi
 
 CONFIG = str(Path(__file__).parents[2] / "configs" / "example1.toml")
+COARSE = "element_size = 0.5, order = 1"
 SOON = 120.0  # seconds: only a job that hangs takes so long, however loaded the machine is
 
 # one rank fails in the middle of the iteration, while the others wait for it in a reduction
@@ -58,19 +59,12 @@ def solve(folder, *words, program=("-m", "petcontact"), ranks=2):
     return done, [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
 
 
-@pytest.mark.parametrize(
-    ("fault", "message"),
-    [
-        ("raise ValueError('broken here')", "ValueError: broken here"),
-        # slow: the same with other words, which runtime/test_memory.py has, too
-        slow("raise MemoryError", "out of memory"),
-    ],
-    ids=["exception", "memory"],
-)
-def test_a_rank_that_fails_alone_ends_the_job(tmp_path, fault, message):
+def test_a_rank_that_fails_alone_ends_the_job(tmp_path):
+    fault = "raise ValueError('broken here')"
     done, lines = solve(tmp_path, program=("-c", ONE_RANK.format(rank=1, fault=fault)))
     assert done.returncode != 0
-    assert any(line.startswith(f"petcontact: rank 1: {message}") for line in lines), done.stderr
+    told = "petcontact: rank 1: ValueError: broken here"
+    assert any(line.startswith(told) for line in lines), done.stderr
     assert os.listdir(tmp_path) == []
 
 
@@ -127,9 +121,7 @@ FOREVER = [
 ]
 
 
-# slow: Open MPI passes both on as SIGTERM
-@pytest.mark.parametrize("number", [signal.SIGTERM, slow(signal.SIGINT)])
-def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, number, monkeypatch):
+def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, monkeypatch):
     # Open MPI kills what has not ended one second after the signal: too soon for a loaded machine
     monkeypatch.setenv("OMPI_MCA_odls_base_sigkill_timeout", "3")
     job = launch.start(
@@ -151,12 +143,12 @@ def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, number, monkeypatc
         while len(list(tmp_path.glob("iterating-*"))) < 2:
             assert time.monotonic() < deadline and job.poll() is None
             time.sleep(0.01)
-        job.send_signal(number)
+        job.terminate()
         _, err = job.communicate(timeout=SOON)
     finally:
         if job.poll() is None:
             launch.kill(job)
-    assert job.returncode == 128 + number
+    assert job.returncode == 128 + signal.SIGTERM
     # Open MPI's mpiexec may stop forwarding output once it is told to end: what counts is the file
     assert "Traceback" not in err, err
     assert all(
@@ -197,7 +189,7 @@ class Signalled(rows.HMatrix):
     count = 0
     def __init__(self, *words, progress, **keys):
         Signalled.count += 1
-        if Signalled.count == {number} and petsc().COMM_WORLD.getRank() == 1:
+        if Signalled.count == 3 and petsc().COMM_WORLD.getRank() == 1:
             os.kill(os.getpid(), signal.SIGTERM)
             progress(0.1)
             raise AssertionError("the signal waits")
@@ -206,59 +198,28 @@ rows.HMatrix = Signalled
 sys.argv[0] = "petcontact"
 cli.entry()
 """
-BLOCK = """[[body]]
-name = "{0}"
-material = {{ young_modulus = 1.0, poisson_ratio = 0.3 }}
-geometry = {{ shape = "box", lower = [0, 0, {1}], upper = [1, 1, {2}] }}
-mesh = {{ element_size = 0.5, order = 1 }}
-[[body.boundary]]
-part = "{3}"
-condition = "displacement"
-value = [0.0, 0.0, {4}]
-"""
 LET_GO = (
-    BLOCK.format("lower", 0, 1, "bottom", 0.0)
-    + BLOCK.format("upper", 1, 2, "top", -0.02)
+    block("lower", [0, 0, 0], [1, 1, 1], mesh=COARSE, bottom=[0.0, 0.0, 0.0])
+    + block("upper", [0, 0, 1], [1, 1, 2], mesh=COARSE, top=[0.0, 0.0, -0.02])
     + """[[contact]]
 name = "pair"
 secondary = "upper.bottom"
 primary = "lower.top"
-[[step]]
-name = "press"
-[[step]]
-name = "let go"
-[[step.boundary]]
-body = "upper"
-part = "top"
-value = ["free", 0.0, -0.02]
-[bem]
-mat_type = "hmatrix"
 """
+    + load_step("press")
+    + load_step("let go", upper={"top": ["free", 0.0, -0.02]})
+    + '[bem]\nmat_type = "hmatrix"\n'
 )
 
 
-@pytest.mark.parametrize("number", [slow(2), 3])
-def test_a_signal_to_one_rank_inside_a_build_ends_it_on_all_and_keeps_the_steps_before(
-    tmp_path, number
-):
+def test_a_signal_to_one_rank_inside_a_build_ends_it_on_all_and_keeps_the_steps_before(tmp_path):
+    """In the third build, which is that of the second step."""
     (tmp_path / "blocks.toml").write_text(LET_GO)
-    done = launch.run(
-        2,
-        "-c",
-        IN_A_BUILD.format(number=number),
-        "solve",
-        "blocks.toml",
-        "--no-figures",
-        "-o",
-        "r.h5",
-        timeout=SOON,
-        cwd=tmp_path,
-    )
+    words = ("solve", "blocks.toml", "--no-figures", "-o", "r.h5")
+    done = launch.run(2, "-c", IN_A_BUILD, *words, timeout=SOON, cwd=tmp_path)
     assert done.returncode != 0 and "Traceback" not in done.stderr, done.stderr
     assert "SIGTERM" in done.stderr, done.stderr
-    assert (tmp_path / "r.h5").exists() == (number == 3), done.stderr
-    if number == 3:
-        with h5py.File(tmp_path / "r.h5") as file:
-            assert file.attrs["status"] == "failed"
-            assert file.attrs["reason"] == "interrupted by SIGTERM"
-            assert list(file["steps"]) == ["1"]
+    with h5py.File(tmp_path / "r.h5") as file:
+        assert file.attrs["status"] == "failed"
+        assert file.attrs["reason"] == "interrupted by SIGTERM"
+        assert list(file["steps"]) == ["1"]

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
 import pytest
-from marks import slow
 
 sys.path.insert(0, str(Path(__file__).parent))
 import launch
@@ -56,14 +54,7 @@ if comm.Get_rank() == 0:
 """
 
 
-@pytest.mark.parametrize(("ranks", "threads"), [(2, "12"), slow(3, "1")])
-def test_ranks_agree_with_the_dense_operator(ranks, threads):
-    done = launch.run(ranks, "-c", PROGRAM, *threads)
-    assert done.returncode == 0, done.stderr
-    errors = json.loads(
-        next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[
-            1
-        ]
-    )
+def test_ranks_agree_with_the_dense_operator(ranks=2, threads="12"):
+    errors = launch.result(ranks, PROGRAM, *threads)
     assert len(errors) == 7 * len(threads)
     assert {name: error for name, error in errors.items() if not error <= 5e-9} == {}

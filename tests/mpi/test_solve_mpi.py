@@ -53,18 +53,16 @@ for n, r in ((n, r) for r in (0, 1, 3, 6) for n in range(max(r, 1), 12)):
 if petsc().COMM_WORLD.getRank() == 0:
     print("RESULT", json.dumps(worst))
 """
+DIGEST = """
+import json
+from petcontact.runtime.petsc import petsc
+from digests import digest
+value = digest(1, "condensed", petsc().COMM_WORLD)
+if petsc().COMM_WORLD.getRank() == 0:
+    print("RESULT", json.dumps(value))
+"""
 LAPACK = {"pc_type": "lu", "elastic_pc_type": "lu"}
 GMRES = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-12, "ksp_gmres_restart": 200}
-
-
-def solutions(ranks, *options, program=PROGRAM):
-    done = launch.run(ranks, "-c", program, *options)
-    assert done.returncode == 0, done.stderr
-    return json.loads(
-        next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[
-            1
-        ]
-    )
 
 
 def test_ranks_agree():
@@ -72,8 +70,9 @@ def test_ranks_agree():
     formulations each."""
     options = [{}, GMRES, LAPACK, {"elastic_ksp_type": "gmres", "elastic_pc_type": "none"}]
     # MPICH's ranks spin: Krylov methods of more ranks than cores take minutes
-    one_rank, found = solutions(1, "[{}]")[0], solutions(2, json.dumps(options))
-    found += solutions(3, "[{}]")
+    one_rank = launch.result(1, PROGRAM, "[{}]")[0]
+    found = launch.result(2, PROGRAM, json.dumps(options))
+    found += launch.result(3, PROGRAM, "[{}]")
     scale = max(abs(value) for value in one_rank)
     assert len(found) == 2 * len(options) + 2
     for values in found:
@@ -83,7 +82,11 @@ def test_ranks_agree():
 def test_systems_of_few_rows():
     """Down to fewer rows than ranks, and borders that more than one rank has rows of: the equations
     hold."""
-    assert solutions(4, program=SMALL) <= 1e-9
+    assert launch.result(4, SMALL) <= 1e-9
+
+
+def test_the_same_bits_on_the_same_ranks():
+    assert launch.result(2, DIGEST) == launch.result(2, DIGEST)
 
 
 def test_solve_command_under_mpiexec(tmp_path):

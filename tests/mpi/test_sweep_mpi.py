@@ -8,8 +8,6 @@ import os
 import pty
 import random
 import re
-import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -91,7 +89,7 @@ from petcontact.sweep.schedule.cost import Cost
 from petcontact.sweep.schedule.deal import Counters, dealt, make_parts
 world = MPI.COMM_WORLD
 group = np.repeat(np.arange(8), 400)
-seconds = np.linspace(5e-4, 2e-3, 8) * float(sys.argv[2])
+seconds = np.linspace(1e-3, 4e-3, 8)
 parts = make_parts(np.arange(len(group)), group, [Cost(0, 0, 0.0, s, 0.0) for s in seconds], world.Get_size())
 world.Barrier()
 began, mine = time.perf_counter(), []
@@ -107,70 +105,16 @@ if world.Get_rank() == 0:
 """
 
 
-@pytest.mark.parametrize(("pace", "faster"), [(0.1, 0.0), slow(2.0, 1.9)])
-def test_every_case_is_dealt_once_and_two_ranks_are_nearly_twice_as_fast(tmp_path, pace, faster):
+@pytest.mark.slow
+def test_two_ranks_are_nearly_twice_as_fast(tmp_path):
     """Cases that sleep: what is measured is the dealing, not the machine's other work."""
-    done = launch.run(2, "-c", DEALT, str(tmp_path), str(pace))
+    done = launch.run(2, "-c", DEALT, str(tmp_path))
     assert done.returncode == 0, done.stderr
-    assert float(done.stdout) >= faster
+    assert float(done.stdout) >= 1.9
 
 
 # -- killed and resumed
 # ---------------------------------------------------------------------------------------------
-
-
-def descendants(process: int) -> list[int]:
-    """Children of a process, their children, and so on."""
-    parents = {}
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            with contextlib.suppress(OSError):
-                parents[int(entry.name)] = int(
-                    (entry / "stat").read_text().rpartition(")")[2].split()[1]
-                )
-    found, queue = [], [process]
-    while queue:
-        parent = queue.pop()
-        children = [child for child, above in parents.items() if above == parent]
-        found += children
-        queue += children
-    return found
-
-
-def ranks_of(job) -> list[int]:
-    """Processes of the job that run petcontact; the launchers above them have its words, too."""
-    ranks = []
-    for process in descendants(job.pid):
-        with contextlib.suppress(OSError):
-            program, *words = Path(f"/proc/{process}/cmdline").read_bytes().split(b"\0")
-            if program == os.fsencode(sys.executable) and b"petcontact" in words:
-                ranks.append(process)
-    return sorted(ranks)
-
-
-def kill(job, ranks: list[int], whom: str) -> None:
-    everybody = [job.pid, *descendants(job.pid)]
-    victims = {
-        "launcher": [job.pid],
-        "job": everybody,
-        "first rank": ranks[:1],
-        "last rank": ranks[1:],
-    }[whom]
-    for process in victims:
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(process, signal.SIGKILL)
-    job.communicate(timeout=WAIT)
-    deadline = time.monotonic() + WAIT
-    while any(alive(process) for process in everybody):
-        assert time.monotonic() < deadline, f"ranks live on after the {whom} was killed"
-        time.sleep(0.02)
-
-
-def alive(process: int) -> bool:
-    try:
-        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 def finished(folder) -> int:
@@ -196,56 +140,27 @@ sys.exit(cli.main(sys.argv[2:]))
 """
 
 
-@pytest.mark.parametrize("kills", [1, slow(120)])
-def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(
-    tmp_path, monkeypatch, kills
-):
-    # Open MPI waits a second or two before it kills what a dead rank leaves behind; here the worst
-    # is wanted
-    monkeypatch.setenv("OMPI_MCA_odls_base_sigkill_timeout", "0")
+@pytest.mark.parametrize("kills", [1, slow(20)])
+def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(tmp_path, kills):
+    """What was there is reused, the rest computed, and all is what an uninterrupted run finds."""
     chance = random.Random(2019)
     crossed = f'rule = ["self-adaptive", "modified"]\nrho = {RHOS}\nelement_size = [0.1, 0.05]\n'
     path = write_sweep(tmp_path, f"[cross]\n{crossed}", keep="contact")
     assert sweep(2, path, "-o", tmp_path / "whole").returncode == 0
     whole, contact = rows(tmp_path / "whole"), read_case_table(tmp_path / "whole")
-    folder, killed, rounds = tmp_path / "0", 0, 0
-    seen: dict[str, dict] = {}
-    for _ in range(4 * kills):  # a few jobs end before they are killed
-        if killed == kills:
-            break
+    folder, seen = tmp_path / "out", dict[str, dict]()
+    for number in range(kills):
         job = launch.start(2, "-c", OFTEN, "petcontact", "sweep", str(path), "-o", str(folder))
-        target = min(TOTAL - 1, finished(folder) + chance.randint(1, 60))
-        until(lambda goal=target, at=folder: finished(at) >= goal, job)
+        target = max(finished(folder), TOTAL * (number + 1) // (kills + 1))
+        until(lambda goal=target: finished(folder) >= goal, job)
         time.sleep(chance.uniform(0.0, 0.05))
-        reported = rows_or_none(folder)
-        ranks = ranks_of(job)
-        if job.poll() is None and len(ranks) == 2:
-            # the ranks outlive their launcher for a second, and the folder is theirs as long
-            kill(job, ranks, ("first rank", "last rank", "job", "job", "launcher")[killed % 5])
-            killed += 1
-        else:
-            job.communicate(timeout=WAIT)
-        after = rows_or_none(folder)
-        for earlier in (seen, reported):
-            assert {id_: after.get(id_) for id_ in earlier} == earlier
+        launch.kill(job)
+        job.communicate(timeout=WAIT)
+        after = rows(folder)
+        assert {id_: after.get(id_) for id_ in seen} == seen
         assert all(row["status"] == "converged" for row in after.values())
         seen = after
-        if len(seen) == TOTAL:
-            finish(path, folder, seen, whole, contact)
-            rounds += 1
-            folder, seen = tmp_path / str(rounds), {}
-    assert killed == kills
-    finish(path, folder, seen, whole, contact)
-
-
-def rows_or_none(folder) -> dict[str, dict]:
-    return rows(folder) if (folder / "sweep.json").exists() else {}
-
-
-def finish(config: Path, folder: Path, seen, whole, contact) -> None:
-    """Resume a last time: what was there is reused, the rest computed, and all is what an
-    uninterrupted run finds."""
-    done = sweep(2, config, "-o", folder)
+    done = sweep(2, path, "-o", folder)
     assert done.returncode == 0, done.stderr
     assert counts(done) == (TOTAL - len(seen), len(seen), 0)
     found = rows(folder)
@@ -300,13 +215,11 @@ DIVERGED = re.compile("KSP gmres ended with DIVERGED_(ITS|MAX_IT)")
 
 
 def test_cases_that_fail_are_recorded_and_the_rest_goes_on(tmp_path):
-    """By a rank each, and again by two together."""
     path = write_sweep(tmp_path, FAILING)
-    for team, computed, reused in ((1, 8, 0), (2, 4, 4)):
-        done = sweep(2, path, "-o", tmp_path / "out", "--ranks-per-case", team)
-        assert done.returncode == 1, done.stderr
-        assert counts(done) == (computed, reused, 4)
-        assert len(DIVERGED.findall(done.stdout)) == 4
+    done = sweep(2, path, "-o", tmp_path / "out")
+    assert done.returncode == 1, done.stderr
+    assert counts(done) == (8, 0, 4)
+    assert len(DIVERGED.findall(done.stdout)) == 4
     for id_, row in rows(tmp_path / "out").items():
         assert row["status"] == ("failed" if "-bad-" in id_ else "converged")
         assert (DIVERGED.search(row["reason"]) is not None) == ("-bad-" in id_)
@@ -430,27 +343,3 @@ def test_progress_is_shown_on_a_terminal(tmp_path):
     os.close(controller)
     assert job.returncode == 0
     assert re.search(rb"\d of 4 cases done, 0 failed", shown)
-
-
-@pytest.mark.slow
-def test_the_benchmarks_run_at_their_smallest():
-    scripts = CONFIGS.parent / "scripts"
-    for words in (["benchmark", "--quick", "ranks"], ["benchmark_sweep", "--quick"]):
-        # Open MPI has put variables into the environment of this process that Python does not know
-        # of
-        done = subprocess.run(
-            [sys.executable, str(scripts / words[0]), *words[1:]],
-            capture_output=True,
-            text=True,
-            timeout=300,
-            env=launch.environment(),
-        )
-        assert done.returncode == 0, done.stderr
-    rows = [
-        line.strip("| ").split(" | ")
-        for line in done.stdout.splitlines()
-        if line.startswith("| ") and ": |" not in line
-    ]
-    assert [len(row) for row in rows] == [11, 11, 11, 7, 7, 7, 7, 7, 7]
-    for row in [row for row in rows if not row[0].startswith(("ranks", "problem", "cases"))]:
-        assert all(float(cell) >= 0.0 for cell in row[1:])

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import itertools
 import os
+import resource
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import forked
@@ -273,6 +275,30 @@ def test_kill_9_of_a_solve_leaves_the_old_result(tmp_path, comm):
         "case.h5",
         "case.toml",
     ]
+
+
+# --- memory
+# --------------------------------------------------------------------------------------------------
+@pytest.mark.slow
+def test_too_little_memory_is_one_line(tmp_path):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_AS, (2_000_000_000, 2_000_000_000))
+
+    job = start(
+        tmp_path,
+        "--set",
+        "mesh.element_size=0.002",
+        "--set",
+        "bem.mat_type=dense",
+        preexec_fn=limit,
+        program=[sys.executable, "-m", "petcontact"],
+    )
+    _, err = job.communicate(timeout=300)
+    assert job.returncode == 1 and "out of memory" in err and "-bem_mat_type hodlr" in err
+    # the size is announced first
+    assert err.count("\n") == 2
+    assert err.startswith("petcontact: 12000 nodes, 24000 unknowns, about ")
+    assert sorted(os.listdir(tmp_path)) == ["case.toml"]
 
 
 # --- failing mathematics

@@ -15,7 +15,7 @@ from marks import slow
 from sweep_files import quietly, sweep_file
 
 from petcontact import load_case, load_sweep
-from petcontact.errors import InputError, ResultError, SolverError
+from petcontact.errors import InputError, OutputError, ResultError, SolverError
 from petcontact.linalg.elimination import Elimination
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import solve
@@ -399,6 +399,19 @@ def test_a_case_of_a_large_sweep_that_is_invalid_fails_in_its_turn(tmp_path, mon
     summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
     assert list(summary.failed) == ["example1-rho-1"]
     assert "method.rho" in summary.failed["example1-rho-1"]
+
+
+def test_a_table_that_does_not_fit_the_disk_loses_no_case(small, tmp_path, monkeypatch):
+    def full(path, fill):
+        raise OutputError(f"{path}: cannot be written (No space left on device)")
+
+    chosen = {"only": ["*-h0.8"]}
+    with monkeypatch.context() as patch:
+        patch.setattr("petcontact.sweep.store.case_table.write_atomically", full)
+        with pytest.raises(OutputError, match="the finished cases are whole"):
+            quietly(small, tmp_path / "out", **chosen)
+    again = quietly(small, tmp_path / "out", **chosen)
+    assert (again.computed, again.reused, again.exit_status) == (0, 4, 0)
 
 
 # -- the folder
