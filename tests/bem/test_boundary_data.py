@@ -3,9 +3,7 @@ input refused."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,8 +20,7 @@ from petcontact import (
     SideBySide,
     Traction,
 )
-from petcontact.bem.boundary_data import contact_frames, free_motions
-from petcontact.geometry.rotation import MOTIONS
+from petcontact.bem.boundary_data import free_motions
 from petcontact.pipeline.pose.discretise import discretise
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))
@@ -130,34 +127,6 @@ def test_tangent_is_the_normal_turned_by_90_degrees_and_frames_are_orthonormal()
     assert np.array_equal(d.frame[nodes, along], tangent)
     assert d.traction_known[nodes, along].all() and not d.traction_known[nodes, 1 - along].any()
     assert np.array_equal(d.contact_unknowns, 2 * nodes + along)
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_rigid_modes_strain_nothing(d):
-    """Distances between points stay, to first order: (x_i - x_j)·(u_i - u_j) = 0; and the modes are
-    independent."""
-    x = 5.0 + np.random.default_rng(d).standard_normal((9, d))
-    modes = MOTIONS[x.shape[1]].modes(x)
-    assert modes.shape == (9, d, d * (d + 1) // 2)
-    assert np.linalg.matrix_rank(modes.reshape(9 * d, -1)) == modes.shape[2]
-    apart = x[:, None] - x
-    assert np.abs(np.einsum("ijc,ijcm->ijm", apart, modes[:, None] - modes)).max() < 1e-13
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_contact_directions_are_ordered_by_the_axes(d):
-    normal = np.random.default_rng(d).standard_normal((200, d))
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    tangents = np.linalg.svd(normal[:, None])[2][:, 1:]
-    mesh = SimpleNamespace(
-        components=d, smooth_normal=normal, slip_directions=lambda normal: tangents
-    )
-    frame, place = contact_frames(mesh, np.arange(200))
-    ordered = np.take_along_axis(frame, place[:, :, None], axis=1)
-    assert np.allclose(ordered[:, :-1], tangents) and np.allclose(ordered[:, -1], normal)
-    diagonal = np.abs(np.einsum("icc->ic", frame)).sum(axis=1)
-    for order in itertools.permutations(range(d)):
-        assert np.all(np.abs(np.einsum("icc->ic", frame[:, order])).sum(axis=1) <= diagonal + 1e-12)
 
 
 SIDES = free("left", "right")

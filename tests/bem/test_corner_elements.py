@@ -14,7 +14,6 @@ from shapes import elastic, moved
 from petcontact import adapt, solve
 from petcontact.model.base import parse
 from petcontact.model.problem import Problem
-from petcontact.refinement.corner_exponents import SLIDING, corner_exponent
 from petcontact.results.solution import read_result
 
 YOUNG, RATIO, LENGTH = 3.0, 0.3, 2.0
@@ -78,17 +77,6 @@ def test_a_weak_corner_between_sliding_sides_is_solved(degrees, comm, tmp_path):
     assert read_result(tmp_path / "r.h5").mesh.x == pytest.approx(
         solution.mesh.x, rel=1e-12, abs=1e-15
     )
-
-
-@pytest.mark.parametrize("degrees", [120.0, 135.0, 170.0, 177.0, 200.0, 270.0, 350.0])
-def test_exponents_between_sliding_sides_are_zeros_of_the_determinant(degrees):
-    # a side that slides is one held along its normal; the general determinant is asked with an
-    # angle a little off
-    angle = math.radians(degrees)
-    found = corner_exponent(angle, 1.8, SLIDING, SLIDING)
-    assert found == pytest.approx(min(1.0, *(abs(k * math.pi / angle - 1.0) for k in (1, 2, 3))))
-    near = corner_exponent(angle, 1.8, SLIDING, SLIDING + 1e-9)
-    assert found == pytest.approx(near, abs=2e-4) or found < 0.02
 
 
 def test_a_mesh_of_polynomials_has_no_estimate_there(comm):

@@ -42,32 +42,6 @@ def test_every_contender_runs_and_agrees(rows):
     assert stuck and all(row.rho in (1.0, 1e7) for row in stuck)
 
 
-@pytest.mark.slow
-def test_followed_runs_count_their_own_work(rows):
-    for row in rows:
-        assert bool(row.path) == (row.rho in (None, 1e3) and row.contender != "tao")
-        if row.path:
-            assert [a for a, _ in row.path] == sorted(a for a, _ in row.path)
-            assert row.path[-1][0] == row.applications
-            assert row.path[-1][1] == pytest.approx(row.residual, rel=1e-3, abs=1e-15)
-
-
-@pytest.mark.slow
-def test_reference_from_a_file(tmp_path, comm):
-    from petcontact import solve, write_solution
-
-    write_solution(
-        tmp_path / "fine.h5", solve(example(1, mesh=MeshOptions(element_size=0.05)), comm=comm)
-    )
-    (row,) = compare(
-        [("a", example(1))],
-        contenders=["semismooth-newton"],
-        reference=str(tmp_path / "fine.h5"),
-        comm=comm,
-    )
-    assert 1e-4 < row.error_u < 1e-2  # the discretisation error of h = 0.1
-
-
 def test_methods_for_other_problems_are_left_out_unless_they_are_asked_for(comm):
     floor = Contact("bottom", normal="unilateral", friction_coefficient=0.3)
     case = example(1, mesh=MeshOptions(element_size=1.0))

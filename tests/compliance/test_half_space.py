@@ -9,7 +9,7 @@ import pytest
 from prepared import Posed
 from shapes import cuboid, drawn, elastic, moved, touching
 
-from petcontact import Problem, solve
+from petcontact import Problem
 from petcontact.compliance.half_space import HalfSpace
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
@@ -85,27 +85,6 @@ def test_methods_on_disks(prepared) -> None:
         assert len(predicted.history) <= 5 and len(robin.history) <= 20
 
 
-def test_images_where_a_side_is_held(tmp_path) -> None:
-    """Beside a clamped face T goes on with the other sign: the block gets stiffer, and T with
-    it."""
-    text = (CONFIGS / "space_a.toml").read_text()
-    right = 'part = "right"\ncondition = "traction"'
-    held = tmp_path / "held.toml"
-    held.write_text(text.replace(right, right.replace("traction", "displacement")))
-    assert right in text
-    free_t, held_t = (Posed(load(path, SMALL)) for path in (CONFIGS / "space_a.toml", held))
-    beside = np.argsort(free_t.operators.mesh.x[free_t.operators.data.contact_nodes, 0])[-12:]
-    for system in (lambda p: p.system.compliance(), lambda p: p.system.surrogate().matrix()):
-        one, other = (np.diag(system(p)).reshape(-1, 2)[beside] for p in (free_t, held_t))
-        assert np.all(other < one)
-    ratio = np.linalg.eigvals(
-        np.linalg.solve(held_t.system.surrogate().matrix(), held_t.system.compliance())
-    ).real
-    assert ratio.min() > 0.4 and ratio.max() < 3.0
-    free_t.close()
-    held_t.close()
-
-
 def stack() -> dict:
     """Two blocks that only contact holds above a clamped face, pressed and then pushed, with
     Coulomb friction."""
@@ -128,24 +107,6 @@ def stack() -> dict:
     }
     contact = touching("joint", "upper.bottom", "lower.top", friction_coefficient=0.4)
     return {"body": [lower, upper], "contact": [contact], "step": [{"name": "press"}, push]}
-
-
-@pytest.mark.slow
-def test_operator_robin_where_surfaces_may_separate() -> None:
-    """What Newton's method finds: blocks that contact holds, and a sphere that is dragged along."""
-    sphere = load(CONFIGS / "space_sphere.toml", {"body.0.mesh": {"element_size": 1.0}})
-    for problem in (parse(Problem, stack(), "stack"), sphere):
-        ours, other = (
-            solve(problem, method=method) for method in ("operator-robin", "semismooth-newton")
-        )
-        assert ours.converged and max(len(step.history) for step in ours.steps) < 120
-        one, two = (
-            {step.step: step for step in solution.steps}[len(problem.step)]
-            for solution in (ours, other)
-        )
-        for pair, wanted in zip(one.pairs.values(), two.pairs.values(), strict=True):
-            assert np.abs(pair.pressure - wanted.pressure).max() < 1e-5 * wanted.pressure.max()
-            assert np.abs(pair.sigma_t - wanted.sigma_t).max() < 1e-5 * wanted.pressure.max()
 
 
 def test_half_spaces_of_a_pair_are_near_its_compliance() -> None:

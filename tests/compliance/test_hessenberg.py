@@ -13,7 +13,6 @@ from petcontact.compliance.contact_compliance import DenseCompliance
 from petcontact.compliance.hessenberg import HessenbergCompliance
 from petcontact.contact.system import Modes
 from petcontact.model.solver_options import Bem
-from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
 
 MESHES = [
@@ -75,25 +74,6 @@ def test_motions_and_several_rho_take_lus(comm):
             assert np.abs(ours - theirs).max() < 1e-11 * np.abs(theirs).max()
     shared.close()
     dense.close()
-
-
-@pytest.mark.parametrize("rule", ["self-adaptive", "modified"])
-def test_a_case_among_many_takes_the_same_iterations(rule):
-    case = example(1, mesh=MeshOptions(element_size=0.1), rule=rule, rho=10.0)
-    solutions = []
-    for cases in (1, 8):
-        posed = Posed(case, cases=cases)
-        solutions.append(run(posed.prepared))
-        posed.close()
-    alone, together = solutions
-    assert "Hessenberg" not in alone.provenance.solver
-    assert "Hessenberg form of S" in together.provenance.solver
-    assert alone.converged and alone.iterations == together.iterations
-    assert (
-        np.abs(alone.contact.u_t - together.contact.u_t).max()
-        < 1e-10 * np.abs(alone.contact.u_t).max()
-    )
-    assert together.elastic_residual < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from petcontact.compliance.hierarchical.body import HierarchicalBody
 from petcontact.compliance.hierarchical.posed import Balance
 from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.contact.linearisation import Linearisation
-from petcontact.runtime.petsc import options, petsc
+from petcontact.runtime.petsc import petsc
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
@@ -88,18 +88,6 @@ def test_solves_are_those_of_dense_operators(name, method, comm):
     assert near(one.sigma_t, other.sigma_t, 2e-4) and near(one.u_t, other.u_t, 1e-4)
     assert abs(found["hmatrix"].iterations - found["dense"].iterations) <= 8
     assert found["hmatrix"].elastic_residual < 1e-5
-
-
-@pytest.mark.slow
-def test_options_of_petsc_reach_the_mixed_solve(comm):
-    case = problem()
-    for table in (
-        {"ksp_type": "gmres", "ksp_pc_side": "right"},
-        {"pc_type": "none", "ksp_gmres_restart": 400},
-    ):
-        with options({"bem_mat_type": "hmatrix", **table}):
-            found = solve(case, comm=comm)
-        assert found.converged and (table.get("pc_type") or "python") in found.provenance.solver
 
 
 def test_a_compression_that_went_wrong_is_refused(comm, monkeypatch):

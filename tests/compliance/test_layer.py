@@ -11,9 +11,8 @@ from prepared import Posed, layer_of, operators, strips_of
 
 import petcontact.compliance.layer.strips
 from petcontact import Contact, Displacement, MeshOptions, Polygon
-from petcontact.compliance.layer.kernel import Strip, body_thickness, layer_matrix
-from petcontact.compliance.layer.strips import FourierStrip
-from petcontact.mesh.basis import gauss, lagrange
+from petcontact.compliance.layer.kernel import Strip, layer_matrix
+from petcontact.mesh.basis import lagrange
 
 GRADED = MeshOptions(order=3)
 
@@ -75,32 +74,6 @@ def test_matrix_against_adaptive_quadrature(order, closed):
                 )
     part = layer_matrix(strip, np.array([0, 3]), np.array([1, 2, count - 1]))
     assert np.allclose(part, matrix[np.ix_([0, 3], [1, 2, count - 1])], rtol=1e-13)
-
-
-@pytest.mark.parametrize("order", [0, 3])
-def test_convolution_has_the_layer_s_own_modes(order):
-    """A layer of thickness H on a rigid base answers cos(kx) with πc tanh(kH)/k cos(kx)."""
-    count, length, height = 64, 8.0, 1.0
-    nodes, equal = np.arange(count * (order + 1)), np.full(count, 1 / 8)
-    strip = Strip(nodes, np.arange(count) / 8, equal, np.full(count, order), 0.0, ((1.0, height),))
-    xi, weight = gauss(order)
-    x = ((np.arange(count)[:, None] + 0.5 * (1 + xi)) / 8).ravel()
-    convolution = FourierStrip(strip, np.tile(weight, count) / 16)
-    for j in (1, 3, 7):
-        k = j * np.pi / length
-        assert np.allclose(
-            convolution.apply(np.cos(k * x)),
-            np.pi * np.tanh(k * height) / k * np.cos(k * x),
-            atol=0.01,
-        )
-    assert np.allclose(convolution.apply(np.ones(len(x))), np.pi * height, rtol=1e-3)
-
-
-@pytest.mark.parametrize("number, thickness", [(1, 4.0), (2, 2.0)])
-def test_thickness_is_the_distance_through_the_body(number, thickness):
-    ops = operators(example(number))
-    assert body_thickness(ops.mesh, ops.data.contact_nodes) == pytest.approx(thickness)
-    assert [s.closed for s in strips_of(ops)] == [0.0]
 
 
 @pytest.mark.parametrize(
@@ -207,50 +180,3 @@ def test_parts_that_go_on_into_each_other_are_one_strip():
     # side's other end
     assert bottom.ends == (1.0, -1.0) and right.ends == (-1.0, -1.0)
     assert np.array_equal(np.sort(np.concatenate([bottom.nodes, right.nodes])), np.arange(120))
-
-
-@pytest.mark.parametrize("n", [21, 53])
-@pytest.mark.parametrize(
-    ("ends", "signs"),
-    [
-        ((1.0, 1.0), (1, 1)),
-        ((-1.0, -1.0), (1, -1)),
-        ((1.0, -1.0), (1, -1, -1, 1)),
-        ((-1.0, 1.0), (1, 1, -1, -1)),
-    ],
-)
-def test_reflections_by_transforms_are_the_folded_loop(ends, signs, n):
-    """T of a strip is that of the loop of its copies, each the reflection of the one before, on
-    vectors of that symmetry."""
-    h, thickness = 0.1, 0.7
-    strip = Strip(
-        np.arange(n),
-        h * np.arange(n),
-        np.full(n, h),
-        np.zeros(n, dtype=int),
-        0.0,
-        ((1.0, thickness),),
-        ends,
-    )
-    copies = len(signs) * n
-    loop = Strip(
-        np.arange(copies),
-        h * np.arange(copies),
-        np.full(copies, h),
-        np.zeros(copies, dtype=int),
-        copies * h,
-        ((1.0, thickness),),
-    )
-    whole = layer_matrix(loop)
-    unit = np.eye(n)
-    unfold = np.concatenate(
-        [sign * (unit if k % 2 == 0 else unit[::-1]) for k, sign in enumerate(signs)]
-    )
-    expected = (whole @ unfold)[:n]
-    ours = FourierStrip(strip, np.full(n, h))
-    # the loop is as symmetric as its quadrature, and ours is its symmetric part
-    assert np.abs(ours.matrix() - expected).max() <= 1e-8 * np.abs(expected).max()
-    x = np.random.default_rng(5).standard_normal(n)
-    assert np.abs(ours.matrix() @ ours.solve(x) - x).max() <= 1e-12 * np.abs(x).max()
-    robin = ours.solve(x, 2.5)
-    assert np.abs(robin + 2.5 * (ours.matrix() @ robin) - x).max() <= 1e-12 * np.abs(x).max()

@@ -198,19 +198,6 @@ def test_bodies_that_do_not_fit_the_machine_together_are_refused_before_contact_
         compressed(blocks())
 
 
-def test_loads_that_nothing_holds_are_named_before_a_matrix_is_built(monkeypatch):
-    monkeypatch.setattr(
-        HierarchicalBody, "__init__", lambda *arguments: pytest.fail("a matrix is built")
-    )
-    data = on_ground()
-    data["body"][0]["boundary"][1]["value"] = [0.008, 0.0, -0.01]
-    with pytest.raises(
-        SolverError, match=r"body .free. cannot be held: the load pushes it along \+x"
-    ) as told:
-        compressed(data)
-    assert told.value.exit_status == 3  # as with matrices, where the method finds it out
-
-
 def pushed_too_hard(**step):
     """A later step with more shear than friction holds on the block that only contact holds."""
     top = {"body": "free", "part": "top", "value": [0.008, 0.0, -0.01]}
@@ -255,17 +242,6 @@ def test_an_elastic_residual_of_some_times_the_tolerance_is_accepted(times, stat
     found = compressed({**data, "body": data["body"][1:]})
     assert found.status == status
     assert ("elastic residual 6.0e-04 > 0.0005" in found.reason) == (status == "failed")
-
-
-@pytest.mark.slow
-def test_bodies_that_nowhere_meet_are_solved_each_for_itself():
-    """The upper one is moved as a whole, the lower one by nothing: what round-off leaves of it has
-    no residual."""
-    data = blocks(gap="geometry")
-    data["body"][1]["geometry"] |= {"lower": [-1, -1, 3], "upper": [1, 1, 4]}
-    found = compressed(data)
-    assert found.converged, found.reason
-    assert not found.last.pairs["pair"].pressure.any() and "no contact anywhere" in found.verdict()
 
 
 MOVED = held("top", ["0.02 - 0.01*y", "0.01*x", 0.01])

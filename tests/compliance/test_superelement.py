@@ -177,31 +177,6 @@ def test_finite_elements_pressed_on_a_plate_have_the_pressure_of_theory(d, tmp_p
     assert np.allclose(solution.pairs["under"].pressure, modulus * drop / height, rtol=1e-9)
 
 
-def test_a_floating_anisotropic_block_slides_when_it_should(tmp_path):
-    """Its weight and a push at its foot are in the file; friction holds 0.3 of the weight, and not
-    less."""
-    points, cells = fe.grid((4, 2), (2.0, 0.5))
-    elasticity = fe.isotropic(10.0, 0.2, 2)
-    elasticity[0, 0, 0, 0] *= 5.0  # stiffer along x
-    matrix = fe.stiffness(points, cells, elasticity)
-    used, faces = fe.bottom_faces(points, cells)
-    kept = (2 * used[:, None] + np.arange(2)).ravel()
-    lumped = np.zeros(len(points))
-    np.add.at(lumped, cells.ravel(), 0.25 / len(cells))  # area 1 shared out to the corners
-    for push, status in ((0.29, "converged"), (0.31, "not converged")):
-        force = np.stack([push * lumped, -1.0 * lumped], axis=1).ravel()
-        small, load_ = fe.condensed(matrix, kept, force)
-        file, small = tmp_path / "block.npz", 0.5 * (small + small.T)
-        np.savez(file, points=points[used], elements=faces, stiffness=small, force=load_)
-        solution = solve(alone(file, friction_coefficient=0.3))
-        assert solution.status == status, solution.reason
-        if status == "converged":
-            pair = solution.pairs["under"]
-            assert np.allclose(pair.force, [-push, 1.0], rtol=1e-9)
-            assert np.all(np.abs(pair.sigma_t[:, 0]) <= 0.3 * pair.pressure * (1.0 + 1e-9))
-    assert "cannot be held: the load pushes it along +x" in solution.reason
-
-
 def test_the_stiffness_is_the_inverse_and_abaqus_gets_it(tmp_path, capsys):
     solution = solve(floating())
     solution.save(tmp_path / "r.h5")

@@ -11,7 +11,7 @@ from marks import slow
 from petcontact.compression.hmatrix import build
 from petcontact.compression.hmatrix.block_tree import block_tree, cluster
 from petcontact.compression.hmatrix.entries import block
-from petcontact.compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
+from petcontact.compression.hmatrix.matrix import HMatrix
 
 
 class PointKernel:
@@ -120,22 +120,6 @@ def test_sums_over_groups_are_those_of_the_entries():
     expected = (np.arange(5)[:, None] == rows) @ exact @ (columns[:, None] == np.arange(4))
     found = compressed.coarse(rows, columns, (5, 4))
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
-
-
-@pytest.mark.slow
-def test_ranges_of_rows_make_up_the_whole_and_share_its_memory():
-    kernel, tree = prepared("block", 500)
-    blocks = block_tree(tree)
-    memory = predicted_bytes(tree, blocks, 1e-4, 3)
-    bounds = shared_rows(tree, memory, 3)
-    parts = [HMatrix(kernel, tree, blocks, 1e-4, (bounds[i], bounds[i + 1])) for i in range(3)]
-    x = np.random.default_rng(2).standard_normal(parts[0].shape[1])
-    exact = all_of(kernel) @ x
-    assert np.linalg.norm(
-        np.concatenate([part @ x for part in parts]) - exact
-    ) < 1e-5 * np.linalg.norm(exact)
-    held = [part.nbytes for part in parts]
-    assert max(held) < 1.4 * min(held) and 0.5 < sum(held) / memory.sum() < 2.0
 
 
 def test_blocks_that_are_not_of_low_rank_are_divided_and_at_last_kept_whole(monkeypatch):

@@ -50,11 +50,6 @@ def test_lemma_2_1_friction_condition_gives_zero_residual(data, rho):
     )
 
 
-def test_zero_bound_means_no_traction():
-    residual = law_residual(Tresca(np.zeros(1)), np.array([[1.0]]), np.array([[3.0]]), 2.0)
-    assert residual.tolist() == [[3.0]]
-
-
 @pytest.mark.parametrize("rho", [0.0, -1.0, np.nan])
 def test_residual_refuses_rho(rho):
     with pytest.raises(ValueError, match="positive"):

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact.contact.equilibrium import unbalanced_load
-from petcontact.contact.law_protocol import Admissible, bound_excess, friction_bound, law_residual
+from petcontact.contact.law_protocol import bound_excess, law_residual
 from petcontact.contact.laws import SignoriniCoulomb, Tresca
 from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.system import Modes
@@ -149,48 +149,6 @@ def test_bilateral_contact_holds_friction_in_tension_too():
     m = 5
     law = SignoriniCoulomb(np.full(m, 0.3), np.full(m, np.inf), np.zeros(m, dtype=bool), 2)
     assert unbalanced_load(floor(2)(0.29, -1.0), law) is None
-
-
-class Glued:
-    """Contact that carries up to a tensile strength and slips nowhere; what it allows is reported
-    where asked."""
-
-    k, groups = 2, (slice(0, 1), slice(1, 2))
-
-    def __init__(self, strength):
-        self.strength = strength
-
-    def project(self, tau):
-        return np.where(self._closed(tau), tau, 0.0)
-
-    def linearise(self, tau):
-        return np.eye(2) * self._closed(tau)[:, :, None]
-
-    def states(self, tau):
-        return np.where(self._closed(tau)[:, 0], 0, 2).astype(np.int8)
-
-    def _closed(self, tau):
-        return tau[:, -1:] > -self.strength[:, None]
-
-
-class ToldGlue(Glued):
-    def admissible(self):
-        none = np.full(len(self.strength), np.inf)
-        return Admissible(none, none, np.zeros(len(none)), self.strength, none)
-
-    def bound_at(self, sigma):
-        return np.full(len(sigma), np.inf)
-
-
-def test_limits_of_a_law_of_ones_own_are_used_where_it_tells_them():
-    strength, sigma = np.full(5, 0.2), np.zeros((5, 2))
-    push = floor(2)
-    assert unbalanced_load(push(3.0, -0.99), ToldGlue(strength)) is None
-    assert unbalanced_load(push(3.0, -1.5), ToldGlue(strength)) == pytest.approx([0.0, -0.5])
-    # nothing is said of a law that does not tell, not even of loads that are far beyond it
-    assert unbalanced_load(push(3.0, -1.5), Glued(strength)) is None
-    assert np.isnan(friction_bound(Glued(strength), sigma)).all()
-    assert np.isinf(friction_bound(ToldGlue(strength), sigma)).all()
 
 
 @given(SEEDS, st.sampled_from([2, 3]), st.sampled_from([1e-6, 1.0, 1e6]))

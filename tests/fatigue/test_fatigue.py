@@ -4,7 +4,6 @@ its table and figure."""
 from __future__ import annotations
 
 import csv
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ import pytest
 
 from petcontact import (
     Body,
-    Box,
     Contact,
     InputError,
     Material,
@@ -27,7 +25,6 @@ from petcontact import (
 )
 from petcontact.commands.main import main
 from petcontact.fatigue.evaluate import fatigue, table
-from petcontact.model.cycle import Cycle
 from petcontact.model.load_steps import BoundaryChange
 
 STEEL = Material(200.0, 0.3)
@@ -71,12 +68,6 @@ def test_uniform_stress_in_the_plane():
     one = uniform(solve(pulled(Rectangle((0, 0), (2, 1)), ["top"])))
     assert one.value == pytest.approx(3.0 * 2.0 * (1.0 - 0.3**2) / 200.0, rel=1e-7)
     assert np.abs(one.normal[:, 0]) == pytest.approx(1.0, abs=1e-5)
-
-
-@pytest.mark.slow
-def test_uniform_stress_in_space():
-    one = uniform(solve(pulled(Box((0, 0, 0), (2, 1, 1)), ["top", "back"], plane=False)))
-    assert one.value == pytest.approx(3.0 * 2.0 / 200.0, rel=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -125,15 +116,6 @@ def test_fretting_is_worst_at_the_edge_on_the_surface(fretting):
     # equal bodies, pushed to and fro alike: the same from left and right, above and below
     lower, upper = (one.value.max() for one in result.found)
     assert lower == pytest.approx(upper, rel=0.03)
-
-
-@pytest.mark.slow
-def test_a_cycle_of_the_problem_is_the_default(fretting):
-    cycle = Cycle(first="pull", last="push again", count=3)
-    cyclic = replace(fretting, problem=fretting.problem.model_copy(update={"cycle": cycle}))
-    wanted = fatigue(fretting, "ruiz-1", first="pull", last="push again").found[0].value
-    assert np.array_equal(fatigue(cyclic, "ruiz-1").found[0].value, wanted)
-    assert not np.array_equal(fatigue(fretting, "ruiz-1").found[0].value, wanted)
 
 
 def test_the_command(fretting, tmp_path, capsys, monkeypatch):

@@ -81,34 +81,6 @@ def solved():
 
 
 @pytest.mark.parametrize(
-    ("kind", "centre", "radius"),
-    [("uniform", (2.0, 2.0), 1.0), ("graded", (4.0, 1.0), 0.85), ("graded", (6.5, 2.0), 1.2)],
-)
-def test_sub_bodies_are_in_equilibrium(solved, kind, centre, radius):
-    """Force and moment of the tractions over a circle inside: zero, whatever the error of the
-    boundary data.
-
-    The trapezoidal rule is exact to round-off for circles that keep off the boundary (and off the
-    joints of elements there).
-    """
-    solution = solved[kind]
-    angle = np.arange(400) * 2.0 * np.pi / 400
-    normal = np.column_stack([np.cos(angle), np.sin(angle)])
-    points = np.array(centre) + radius * normal
-    _, (x, y, xy) = (lambda u, s: (u, s.T))(
-        *field_at(solution.mesh, solution.u, solution.traction, solution.problem.material, points)
-    )
-    traction = np.column_stack(
-        [x * normal[:, 0] + xy * normal[:, 1], xy * normal[:, 0] + y * normal[:, 1]]
-    )
-    ds = radius * 2.0 * np.pi / 400
-    size = np.hypot(*traction.T).sum() * ds
-    moment = np.sum(points[:, 0] * traction[:, 1] - points[:, 1] * traction[:, 0]) * ds
-    assert np.abs(traction.sum(axis=0) * ds).max() < 1e-6 * size
-    assert abs(moment) < 1e-6 * size * np.hypot(*(np.abs(centre) + radius))
-
-
-@pytest.mark.parametrize(
     ("point", "message"),
     [
         ((2.0, 1.0), r"\(2, 1\) does not lie inside"),

@@ -13,21 +13,15 @@ from hypothesis import strategies as st
 
 from petcontact import (
     Circle,
-    Contact,
-    Displacement,
     InputError,
-    Material,
-    MeshOptions,
     Polygon,
     Problem,
     Rectangle,
     SideBySide,
-    Traction,
 )
 from petcontact.geometry.arcs import turn_through
 from petcontact.geometry.outline import Outline, Side, arc, oriented
 from petcontact.model.base import parse
-from petcontact.refinement.meshes import _mesh
 
 angles = st.floats(-math.pi, math.pi)
 
@@ -250,29 +244,6 @@ def test_what_does_not_go_on_is_not_joined():
         )
     )
     assert slot.joined is slot
-
-
-def test_a_body_of_many_lines_has_the_default_mesh_of_its_shape():
-    problem = Problem(
-        material=Material(young_modulus=1.0, poisson_ratio=0.3),
-        geometry=Rectangle(lower_left=(0, 0), upper_right=(8, 4)),
-        boundary=(
-            Contact(part="bottom", friction_bound=1.0),
-            Displacement(part="top", value=(0.0, 0.0)),
-            Traction(part="left", pressure=2.0),
-            Traction(part="right", pressure=0.0),
-        ),
-    )
-    whole = problem.geometry.outline()
-    one, other = _mesh(whole, problem), _mesh(cut(whole, 10), problem)
-    assert one.n_elements == other.n_elements and np.allclose(one.x, other.x, atol=1e-12)
-    # an element size asks for elements of about that size on every line
-    assert (
-        _mesh(
-            cut(whole, 10), problem.model_copy(update={"mesh": MeshOptions(element_size=9.0)})
-        ).n_elements
-        == 40
-    )
 
 
 @pytest.mark.parametrize("exterior", [False, True])

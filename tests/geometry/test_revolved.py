@@ -3,20 +3,16 @@ sphere, the cylinder."""
 
 from __future__ import annotations
 
-import tomllib
 from collections import defaultdict
 
 import numpy as np
 import pytest
 from curved_bodies import as_surface
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from marks import slow
 
-from petcontact import Box, Circle, InputError, Problem, Revolved
+from petcontact import Circle, InputError, Revolved
 from petcontact import OutlineSide as Side
 from petcontact.mesh.panelling import round_mesh
-from petcontact.model.base import parse
 from petcontact.refinement.panels.quartering import cut
 
 PI = np.pi
@@ -80,24 +76,6 @@ def test_area_and_volume_are_those_of_quadratic_panels(name):
     assert body.outline().area == pytest.approx(exact[0], rel=2e-3)
 
 
-@pytest.mark.parametrize("name", ["ball", slow("cone"), slow("cylinder")])
-def test_cut_panels_stay_on_the_surface(name):
-    """Area and volume fall as they do for panels of half the size that are made anew, and rims stay
-    circles."""
-    body, *exact = CASES[name]
-    surface, error = body.outline(), []
-    mesh = round_mesh(surface, 0.8, 2)
-    for _ in range(3):
-        volume = float(np.sum(mesh.x * mesh.normal * mesh.weight[:, None]) / 3.0)
-        error.append(np.abs(np.array([mesh.weight.sum(), volume]) / exact - 1.0).max())
-        mesh = cut(mesh, np.ones((mesh.n_elements, 2), dtype=bool), surface)
-    fourth, second = (0.3, 0.08) if name == "cone" else (0.11, 0.03)  # the tip of a cone
-    assert error[2] < fourth * error[1] < second * error[0]
-    points = np.concatenate([mesh.corners, mesh.middles], axis=1)
-    again = surface.onto(mesh.part, points)
-    assert np.nanmax(np.abs(again - points)) < 1e-14 * surface.diameter
-
-
 def vector_area(mesh):
     """The integral of the normal, ½ ∮ x × dx around each curved panel: 0 of a closed surface."""
     triangle, total = np.isnan(mesh.corners[:, 3, 0]), np.zeros(3)
@@ -141,22 +119,6 @@ def test_surfaces_are_closed_outward_and_of_well_shaped_panels(name):
     assert max(batch.elements.distortion.max() for batch in mesh.batches()) < 2.0
 
 
-@given(st.floats(0.3, 3.0), st.floats(0.1, 2.0), st.floats(5.0, 360.0), st.floats(0.15, 1.0))
-@settings(max_examples=5, deadline=None)
-def test_rings_of_any_shape(inner, height, angle, size):
-    loop = [
-        Side("b", (inner + 1, 0)),
-        Side("o", (inner + 1, height), radius=2.0),
-        Side("t", (inner, height)),
-        Side("i", (inner, 0)),
-    ]
-    body = Revolved([loop], angle=angle)
-    mesh, (_, volume) = measures(body, size)
-    section = body.outline().section.polygon(1000)
-    assert volume == pytest.approx(np.radians(angle) * section.centroid.x * section.area, rel=5e-3)
-    assert np.abs(mesh.weight @ mesh.normal).max() < 1e-4 * mesh.weight.sum()
-
-
 @pytest.mark.parametrize(
     ("loops", "angle", "line"),
     [
@@ -189,26 +151,3 @@ def test_rings_of_any_shape(inner, height, angle, size):
 def test_sections_that_make_no_body_are_refused(loops, angle, line):
     with pytest.raises(InputError, match=line):
         Revolved(loops, angle=angle).outline()
-
-
-def test_a_problem_with_a_revolved_body_is_the_same_from_its_text():
-    problem = Problem(
-        body=[
-            {
-                "name": "ring",
-                "material": MATERIAL,
-                "geometry": Revolved([RING], angle=90.0, axis=(0, 1, 0)),
-                "boundary": [],
-            },
-            {
-                "name": "block",
-                "material": MATERIAL,
-                "geometry": Box((0, 0, 0), (1, 1, 1)),
-                "boundary": [],
-            },
-        ]
-    )
-    assert parse(Problem, tomllib.loads(problem.toml()), "again") == problem
-    x = round_mesh(problem.body[0].geometry.outline(), 0.5, 0).x
-    assert x[:, 1].min() > -1e-12 and x[:, 1].max() < 1 + 1e-12  # about y, from x towards -z
-    assert x[:, 0].min() > -1e-12 and x[:, 2].max() < 1e-12

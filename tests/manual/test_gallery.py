@@ -40,20 +40,6 @@ def test_every_problem_stands_in_the_chapter_with_a_picture_and_a_few_sentences(
         assert 2 <= len(re.findall(r"[.:*](?:\s|$)", prose)) <= 12, entry
 
 
-def test_the_digest_is_that_of_code(monkeypatch, tmp_path):
-    """Comments do not count, numbers do."""
-    folder = tmp_path / "figures"
-    folder.mkdir()
-    for name in GALLERY.DRAWING[:-1]:
-        (folder / f"{name}.py").write_text('"""Text."""\nA = 1  # comment\n')
-    monkeypatch.setattr(GALLERY, "FOLDERS", (folder, GALLERY.FOLDERS[1]))
-    first = GALLERY.digest_of_drawing()
-    (folder / "plane.py").write_text('"""Other."""\nA = 1\n')
-    assert GALLERY.digest_of_drawing() == first
-    (folder / "plane.py").write_text('"""Other."""\nA = 2\n')
-    assert GALLERY.digest_of_drawing() != first
-
-
 def largest(name):
     """The first number of a name in a verdict, and its error."""
 

@@ -100,22 +100,6 @@ def test_modules_that_are_named_exist(page):
         assert name in (text := found[0].read_text()) and test in text, f"{name}{test} of {path}"
 
 
-def test_every_lesson_and_how_to_has_a_picture():
-    """The chapters of the first two books, and each lesson."""
-    names = {*BOOKS["Tutorial"], *BOOKS["How-to"]} - {"installing"}
-    texts = [chapter(name) for name in sorted(names)]
-    for text in texts + re.split(r"^## Lesson", chapter("tutorial"), flags=re.MULTILINE)[1:]:
-        assert "![" in text, text[:60]
-
-
-def test_a_command_that_shows_a_chapter_is_a_link_on_the_site():
-    """But in code, inside of another link, and where there is no such chapter."""
-    code = "`petcontact help contact`"
-    text = f"See {code}, [the {code}](y.md), `petcontact help nothing`.\n```\n{code}\n```\n"
-    linked = runpy.run_path(str(ROOT / "scripts/docs"))["with_chapters"](text, "m", {"contact"})
-    assert linked == text.replace(code, f"[{code}](m/contact.md)", 1)
-
-
 def test_the_readme_has_the_verdict_that_is_printed():
     """But for round-off and what depends on the machine."""
     verdict = petcontact.solve(ROOT / "configs" / "example1.toml").verdict()

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from petcontact import Circle, InputError, MeshOptions, Polygon, Rectangle, SideBySide
-from petcontact.mesh.curve_building import line_numbers
 from petcontact.mesh.grading import mesh_outline
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(8.0, 4.0))
@@ -137,33 +136,6 @@ def test_graded_point_off_the_boundary_is_refused():
         mesh(BOX, graded_points=((3.0, 0.1),))
     inside = mesh(TOE, levels=4, graded_points=((1.0 - math.sqrt(0.5), 1.0 - math.sqrt(0.5)),))
     assert np.sum(inside.part == inside.part_names.index("toe")) == 2 * 10
-
-
-def test_collinear_neighbours_lie_on_one_line():
-    body = Polygon(vertices=((0, 0), (1, 0.1), (3, 0.3), (3, 2), (0, 2)), parts=tuple("abcde"))
-    assert line_numbers(body.outline()) == [0, 0, 2, 3, 4]
-    assert line_numbers(TOE.outline()) == [-1, 1, 2, 3, 4]
-    slit = Polygon(vertices=((0, 0), (2, 0), (1, 1), (3, 1), (3, 3), (0, 3)), parts=tuple("abcdef"))
-    assert len(set(line_numbers(slit.outline()))) == 6
-
-
-@pytest.mark.parametrize(
-    "bad",
-    [
-        {"element_size": 0.0},
-        {"element_size": math.nan},
-        {"order": 6},
-        {"order": 1.0},
-        {"grading": 1.0},
-        {"levels": 0},
-        {"element_sizes": {"bottom": -1.0}},
-        {"graded_points": [[0.0]]},
-    ],
-)
-def test_options_out_of_range_are_refused_in_one_line(bad):
-    with pytest.raises(InputError, match=next(iter(bad))) as caught:
-        MeshOptions(**bad)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("shift", [0.0, 1000.0])

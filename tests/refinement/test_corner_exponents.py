@@ -45,12 +45,6 @@ def test_known_exponents(degrees, first, second, expected):
         )
 
 
-def test_a_skew_roller_lies_between_those_along_and_across():
-    along, across = (corner_exponent(2.2, KAPPA, FREE, kind) for kind in (SLIDING, 0.0))
-    assert corner_exponent(2.2, KAPPA, FREE, math.pi / 2.0 - 1e-3) == pytest.approx(along, abs=2e-3)
-    assert corner_exponent(2.2, KAPPA, FREE, 1e-3) == pytest.approx(across, abs=2e-3)
-
-
 @pytest.mark.parametrize(
     ("first", "kind"), [(FREE, 0.6), (FREE, -0.6), (CLAMPED, 0.9), (SLIDING, -1.1), (0.4, -0.7)]
 )

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from petcontact import Contact, Displacement, Material, Problem, Rectangle, Traction, load
-from petcontact.errors import InputError
 from petcontact.refinement.known_data import fields, resolved
 from petcontact.refinement.marks import GradedOutline
 
@@ -28,21 +27,6 @@ def block(friction_bound: float | str, pressure: float | str = 0.0) -> Problem:
             Traction(part="right", pressure=pressure),
         ),
     )
-
-
-def test_kinks_are_found_at_a_thousand_lengths_from_the_origin():
-    far = 8000.0
-    problem = Problem(
-        material=Material(young_modulus=10_000.0, poisson_ratio=0.3),
-        geometry=Rectangle(lower_left=(far, 0), upper_right=(far + 8, 4)),
-        boundary=(
-            Contact(part="bottom", friction_bound=f"abs(x - {far + 3.25})/10"),
-            Displacement(part="top", value=(0.0, 0.0)),
-        ),
-    )
-    body = GradedOutline.from_body(problem.body[0], problem.geometry.outline())
-    assert [*map(len, body.kinks)] == [1, 0, 0, 0]
-    assert body.kinks[0] == pytest.approx([3.25], abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -134,12 +118,6 @@ def test_data_rough_everywhere_are_reported():
 def test_values_that_are_not_finite_at_ends_are_left_to_the_nodes():
     problem = block("1/x")
     assert np.isfinite(fields(problem.body[0], problem.geometry.outline())[0][0].sampled).all()
-
-
-def test_mistakes_of_expressions_keep_their_words():
-    problem = block("60 + z")
-    with pytest.raises(InputError, match="unknown name 'z'"):
-        fields(problem.body[0], problem.geometry.outline())
 
 
 @pytest.mark.parametrize(

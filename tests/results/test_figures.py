@@ -98,15 +98,6 @@ def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
     assert right.get_title() == "Robin parameter" and len(left.lines) == 3
 
 
-def test_a_residual_of_zero_is_not_drawn(solution):
-    """A zero drawn as 1e-17 leaves the upper third of the axis to the data."""
-    residuals = [*solution.history.residual[:-1], 0.0]
-    history = replace(solution.history, residual=residuals)
-    last = replace(solution.last, history=history, residual=1e-18)
-    shown = drawn(curves.draw_history, replace(solution, steps=[last])).axes[0].lines[0].get_ydata()
-    assert np.isnan(shown[-2:]).all() and np.isfinite(shown[:-2]).all()
-
-
 def test_titles_are_whole_and_say_what_is_no_result(solution):
     """A limit load ends the steps; what came before it has converged and is drawn as such."""
     long = "A block that is clamped at its top and pushed over a foundation with friction by forces"

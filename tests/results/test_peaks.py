@@ -114,34 +114,6 @@ def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
     assert not [place for place in places["upper"] if "under" in place.sides]
 
 
-@pytest.mark.slow
-def test_stress_has_no_bound_at_point_forces_and_under_edges_that_are_jumps_of_a_gap():
-    """A pin without corners, pushed in its middle onto a rigid plate that ends at x = ±0.02."""
-    circle = {"part": "rim", "center": [0.0, 1.0], "radius": 1.0}
-    data = {
-        "body": [
-            {
-                "name": "pin",
-                "material": elastic(1.0, 0.3),
-                "geometry": {"shape": "outline", "loops": [circle]},
-                "point_force": [{"at": [0.0, 1.0], "force": [0.0, -0.01]}],
-            }
-        ],
-        "contact": [
-            touching(
-                "pair", "pin.rim", "plate", gap="where(abs(x) < 0.02, y, 1)", direction=[0.0, -1.0]
-            )
-        ],
-        "obstacle": [{"name": "plate"}],
-    }
-    solution = solve(parse(Problem, data, "pin"))
-    places = unbounded_places(solution, solution.last)["pin"]
-    found = sorted((round(float(each.x[0]), 9), each.sides) for each in places)
-    jumps = [(-0.02, "rim, under edge 3 of the gap"), (0.02, "rim, under edge 4 of the gap")]
-    assert found == sorted([(0.0, "a point force"), *jumps])
-    assert "(pin: a point force)" in " ".join(solution.verdict().split())
-
-
 @pytest.mark.parametrize("turned", [0.0, 90.0, 30.0])
 def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
     """Stress has no bound at the same corners of a block on a roller as its mesh is graded to."""

@@ -113,21 +113,6 @@ def test_a_function_is_named_in_files(tmp_path):
     assert read.contact.friction_bound[0] > 150.0
 
 
-def test_pictures_on_axes_of_ones_own(solution):
-    from matplotlib.figure import Figure
-
-    axes = Figure().add_subplot()
-    assert solution.plot(axes) is axes and axes.get_xlabel() == "x" and len(axes.lines) >= 4
-
-
-def test_short_and_rich_display(solution):
-    assert (
-        repr(solution)
-        == "<Solution: converged after 33 iterations, 120 elements, 40 contact nodes>"
-    )
-    assert solution._repr_html_().startswith("<pre>") and "&gt;" in solution._repr_html_()
-
-
 def test_an_error_that_no_two_meshes_tell_is_not_a_number(solution):
     """An adaptive solve that fails on every mesh has no difference of two solutions."""
     failed = replace(solution, accuracy=Accuracy(wanted=1e-3, error=np.inf))

@@ -6,19 +6,17 @@ from __future__ import annotations
 import json
 import tomllib
 from dataclasses import replace
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 from problems import posed
 
-from petcontact import Contact, Problem, read_result, solve
+from petcontact import Problem, read_result, solve
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.base import parse
 from petcontact.results.hdf5 import write_solution
-from petcontact.results.verdict.steps import law_words
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -162,20 +160,6 @@ def test_the_verdict_of_an_increment_that_failed():
 
 def check_described(path, item):
     assert isinstance(item, h5py.Group) or {"unit", "description"} <= set(item.attrs), path
-
-
-def test_a_law_is_items_that_lines_break_between():
-    """And a function of Python is called by its name."""
-
-    def rough(x, y):
-        return 0.3 + 0.0 * x
-
-    law = Contact("a", normal="unilateral", friction_coefficient=rough, wear_coefficient=2e-07)
-    assert law_words(SimpleNamespace(law=law, periodic=False)) == [
-        "unilateral contact",
-        "friction coefficient by rough",
-        "wear coefficient 2e-07",
-    ]
 
 
 def test_what_failed_is_kept_apart(tmp_path):

@@ -52,25 +52,6 @@ def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
             assert np.abs(ours[..., k] - values).max() <= 1e-8 * np.abs(values).max()
 
 
-@pytest.mark.parametrize("corners", [3, 4])
-def test_warped_panels_take_the_digits_that_they_need(corners: int) -> None:
-    """Near and on panels whose points are moved by 15 % of their size: 1e-8, or 2e-10 at nodes
-    where more is asked for."""
-    panel = a_curved_panel(corners, 2, np.random.default_rng(105), 0.15)
-    x = panel.at(panel.nodes)[0][0]
-    every = [integrals(x, panel, NU, tolerance=tolerance) for tolerance in (1e-9, 1e-11, 1e-28)]
-    for part in range(2):
-        for ours, allowed in zip(every, (1e-8, 2e-10), strict=False):
-            assert (
-                np.abs(ours[part] - every[2][part]).max() <= allowed * np.abs(every[2][part]).max()
-            )
-    points = beside(panel, (0.2, 10.0, 100.0), np.random.default_rng(1))
-    exact = zip(*(by_subdivision(panel, x, NU) for x in points), strict=True)
-    for ours, true in zip(integrals(points, panel, NU), exact, strict=True):
-        for k, values in enumerate(true):
-            assert np.abs(ours[..., k] - values).max() <= 1e-8 * np.abs(values).max()
-
-
 @pytest.mark.parametrize(
     ("corners", "order", "seed", "warp", "heights", "row"),
     [

@@ -10,11 +10,8 @@ from marks import slow
 from panel_oracle import by_subdivision, kelvin, stress_of_kelvin
 from random_panels import a_panel
 
-from petcontact.bem.kelvin import COMPONENTS
 from petcontact.bem.kelvin3d.kernel import Kelvin3D
-from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.curved.panels import CurvedPanels
-from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.panels import Panels
 from petcontact.model.problem import Material
 
@@ -56,19 +53,3 @@ def test_curved_panels_against_subdivision(corners: int, order: int) -> None:
     middle = np.full((1, 1, 2), 0.3 if corners == 3 else 0.1)
     points = panel.at(middle)[0][0] + heights[:, None] * panel.normals(middle)[0]
     assert_field(panel, points, 3e-8)
-
-
-def test_constant_stress() -> None:
-    mesh = box_mesh(BoxSurface(np.zeros(3), np.array([3.0, 2.0, 1.0])), lambda part: 1.0, 1, 1.4)
-    rng = np.random.default_rng(3)
-    gradient = rng.normal(size=(3, 3))
-    strain = gradient + gradient.T
-    stress = strain + NU / (1.0 - 2.0 * NU) * np.trace(strain) * np.eye(3)
-    points = rng.uniform(0.01, 0.99, (20, 3)) * [3.0, 2.0, 1.0]
-    found = np.zeros((20, 6, 1))
-    for batch in mesh.batches():
-        u = (mesh.x @ strain)[batch.nodes, :, None]
-        traction = KERNEL.unit_length * (mesh.normal @ stress)[batch.nodes, :, None]
-        found += KERNEL.field(points, batch.elements, u, traction)[1]
-    expected = KERNEL.unit_length * np.array([stress[i, j] for i, j in COMPONENTS[3]])
-    np.testing.assert_allclose(found[..., 0], np.tile(expected, (20, 1)), atol=1e-9)

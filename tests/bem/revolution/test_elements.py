@@ -8,7 +8,6 @@ import pytest
 from marks import some
 from ring_oracle import Arc
 
-from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.bem.revolution.kernel import TwistedRingKernel
 from petcontact.mesh.basis import gauss
 from petcontact.mesh.elements import Elements, Targets
@@ -105,19 +104,3 @@ def test_points_on_the_axis_move_along_it_alone():
     for kernels in kernel().stress_integrals(targets, elements):
         np.testing.assert_allclose(kernels[3], kernels[0], rtol=1e-12, atol=1e-12)
         assert np.abs(kernels[[2, 4, 5]]).max() < 1e-12 * np.abs(kernels).max()
-
-
-def test_wide_rings_are_those_of_the_plane():
-    """But for a constant of the displacement, which plane strain leaves free."""
-    plane = Kelvin2D(MATERIAL, UNIT)
-    for name in ("slope", "hollow"):
-        near = ELEMENTS[name]
-        arc = Arc(
-            near.start + np.array([1e7, 0.0]), near.direction, 2.0 * near.half, near.curvature
-        )
-        elements, targets = elements_of(arc, 2), targets_at([arc.beside(*p) for p in PLACES])
-        (g, h), (flat_g, flat_h) = (k.integrals(targets, elements) for k in (kernel(), plane))
-        assert np.abs(h[:2, :2] - flat_h).max() < 1e-6
-        beyond = (g[:2, :2] - flat_g) / (near.half * gauss(2)[1])[:, None]
-        assert np.abs(beyond - beyond[:, :, :1, :1]).max() < 1e-6
-        assert np.abs(beyond[0, 1]).max() < 1e-6

@@ -3,8 +3,6 @@ the edge of the zone."""
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
 
 from petcontact import OutlineSide, Revolved
 from petcontact.geometry.quadratic import QuadraticCells
@@ -112,24 +110,3 @@ def test_rings_lie_on_the_disc_of_a_cylinder_wherever_the_zone_is(off):
     )
     mesh = check(CYLINDER, "top", zone, 2, 0.5)
     assert np.abs(mesh.x[mesh.nodes_of("top")][:, 2] - 2.0).max() < 1e-12
-
-
-@given(st.integers(0, 2), st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3))
-def test_points_are_brought_onto_their_part_of_a_cylinder(part, point):
-    x = np.add(point, [0.1, 0.0, 0.0])
-    assume(np.hypot(x[0], x[1]) > 0.05)
-    found = CYLINDER.onto(np.array([part]), x[None, None])[0, 0]
-    off = np.hypot(found[0], found[1]) - 1.0 if part == 2 else found[2] - [-2.0, 2.0][part]
-    assert abs(off) < 1e-12
-    assert np.allclose(CYLINDER.onto(np.array([part]), found[None, None])[0, 0], found, atol=1e-12)
-
-
-@pytest.mark.slow
-def test_a_zone_that_reaches_the_rim_of_a_face_or_is_as_large_as_it_has_no_rings():
-    first = round_mesh(BALL, 0.4, 1)
-    for point, a in (
-        (np.array([0.6, 0.0, -0.8]), 0.2),
-        (np.array([0.0, 0.0, -1.0]), 0.7),
-        (np.array([0.0, 0.0, 1.0]), 0.1),
-    ):
-        assert not [*patches_of(BALL, first, first, "bottom", zone_at(point, a, a), 0.5)]
