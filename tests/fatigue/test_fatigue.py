@@ -121,31 +121,9 @@ def test_fretting_is_worst_at_the_edge_on_the_surface(fretting):
 def test_the_command(fretting, tmp_path, capsys, monkeypatch):
     fretting.save(tmp_path / "f.h5")
     monkeypatch.chdir(tmp_path)
-    cycle = ["--first", "pull", "--last", "push again"]
-    assert (
-        main(
-            [
-                "fatigue",
-                "f.h5",
-                *cycle,
-                "--parameter",
-                "crossland",
-                "--sensitivity",
-                "0.3",
-                "--limit",
-                "0.2",
-                "--body",
-                "lower",
-                "--depth",
-                "0.2",
-                "-o",
-                "out.csv",
-                "--figure",
-                "out.svg",
-            ]
-        )
-        == 0
-    )
+    cycle = ["fatigue", "f.h5", "--first", "pull", "--last", "push again"]
+    words = "--parameter crossland --sensitivity 0.3 --limit 0.2 --body lower --depth 0.2"
+    assert main([*cycle, *f"{words} -o out.csv --figure out.svg".split()]) == 0
     said = capsys.readouterr().out
     assert "crossland: 2 increments" in said and "lower.top" in said
     assert "over the limit 0.2: 0." in said
@@ -158,7 +136,7 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
         float(largest), abs=float(error)
     )
     assert (tmp_path / "out.svg").stat().st_size > 10_000
-    assert main(["fatigue", "f.h5", *cycle, "--life", "2.0,-0.1,0.5,-0.6"]) == 0
+    assert main([*cycle, "--life", "2.0,-0.1,0.5,-0.6"]) == 0
     said = capsys.readouterr().out
     assert "critical plane: normal" in said and "cycles to failure" in said
 

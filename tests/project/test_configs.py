@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import pytest
 from manual.test_gallery import NUMBERS, check_numbers
+from marks import some
 from problems import unexplained
 
 from petcontact import read_result
@@ -20,23 +21,7 @@ CONFIGS = sorted([*FOLDER.glob("*.toml"), *FOLDER.glob("kinds/*.toml")])
 SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_text())]
 
 
-SLOW = (
-    *("space_a", "space_adaptive", "space_bearing", "space_bracket", "space_flange", "space_hip"),
-    *("space_sphere", "space_stack", "stack", "axial_press_fit", "fretting_specimen", "lap_joint"),
-    *("axial_o_ring", "space_b", "axial_ball", "axial_torque", "rotating_blade", "shrink_fit"),
-    *("gallery_bracket", "fretting", "heated_disc", "disc_between_plates", "blade", "gallery_disc"),
-    *(
-        "gallery_dovetail",
-        "gallery_plate",
-        "gallery_toe",
-        "axial_bolt",
-        "example1_adaptive",
-        "pin",
-        "wedge",
-        "axial_brake",
-        "press_fit",
-    ),
-)
+SLOW = ["space_a", "space_adaptive", "space_bearing", "space_bracket", "space_flange", "space_hip", "space_sphere", "space_stack", "stack", "axial_press_fit", "fretting_specimen", "lap_joint", "axial_o_ring", "space_b", "axial_ball", "axial_torque", "rotating_blade", "shrink_fit", "gallery_bracket", "fretting", "heated_disc", "disc_between_plates", "blade", "gallery_disc", "gallery_dovetail", "gallery_plate", "gallery_toe", "axial_bolt", "example1_adaptive", "pin", "wedge", "axial_brake", "press_fit"]
 DRAWN = ("example1", "pin")
 """Figures take longer than most solves; those of other kinds are drawn by test_every_kind and
 test_space_steps."""
@@ -44,21 +29,14 @@ test_space_steps."""
 
 @pytest.mark.parametrize(
     "path",
-    [
-        pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW), id=path.stem)
-        for path in SINGLE
-    ],
+    some([path for path in SINGLE if path.stem not in SLOW], SINGLE),
+    ids=lambda path: path.stem,
 )
 def test_config_runs(path, tmp_path, capfd, monkeypatch):
     monkeypatch.chdir(tmp_path)
     figures = path.stem in DRAWN
-    words = [
-        "solve",
-        str(path),
-        "-o",
-        str(tmp_path / "result.h5"),
-        *(["--no-figures"] if not figures else []),
-    ]
+    words = ["solve", str(path), "-o", str(tmp_path / "result.h5")]
+    words += [] if figures else ["--no-figures"]
     status, printed = main(words), capfd.readouterr()
     assert status == 0, printed.err + printed.out
     assert "converged:" in printed.out

@@ -94,17 +94,9 @@ def test_programs_that_run_by_their_files_import_nothing_of_the_package():
 
 
 def test_the_top_holds_the_doors_only():
-    top = {path.name for path in ROOT.iterdir() if path.is_file()}
-    assert top == {
-        "__init__.py",
-        "__init__.pyi",
-        "__main__.py",
-        "errors.py",
-        "arrays.py",
-        "stored.py",
-        "round_off.py",
-        "py.typed",
-    }
+    doors = "__init__.py __init__.pyi __main__.py py.typed"
+    every = f"{doors} errors.py arrays.py stored.py round_off.py"
+    assert {path.name for path in ROOT.iterdir() if path.is_file()} == {*every.split()}
 
 
 def test_files_and_functions_stay_small():
@@ -120,6 +112,12 @@ def test_files_and_functions_stay_small():
 
 SMALL = ("errors arrays", "mesh contact", "bem", "compliance", "pipeline sweep")
 STUB = "from .errors import Bad as Bad\nfrom .pipeline.run import solve as solve\n"
+MODULES = """errors arrays mesh/panels contact/system contact/laws bem/kernel bem/kelvin2d/tensors
+    bem/kelvin3d/tensors compliance/dense pipeline/run sweep/quantities sweep/run"""
+TEXTS = {
+    "pipeline/run": "from ..compliance.dense import S\nfrom .. import Bad, __version__\n",
+    "compliance/dense": "from ..contact.system import Modes\nfrom ..errors import Bad\n",
+}
 
 
 @pytest.fixture
@@ -127,137 +125,75 @@ def house(tmp_path):
     """A package without a fault, and a function that puts text into its files."""
     root = tmp_path / "petcontact"
 
-    def build(**files: str) -> Path:
-        for name, text in files.items():
-            path = root / name.replace("__", "/")
+    def build(files=None) -> Path:
+        for name, text in (files or {}).items():
+            path = root / f"{name}.py"
             path.parent.mkdir(parents=True, exist_ok=True)
+            (path.parent / "__init__.py").touch()
             path.write_text(text)
         return root
 
-    (root / "bem/kelvin2d").mkdir(parents=True)
-    (root / "bem/kelvin3d").mkdir()
-    for folder in (
-        "",
-        "mesh",
-        "contact",
-        "bem",
-        "bem/kelvin2d",
-        "bem/kelvin3d",
-        "compliance",
-        "pipeline",
-        "sweep",
-    ):
-        (root / folder).mkdir(exist_ok=True)
-        (root / folder / "__init__.py").write_text('"""A folder."""\n')
+    build({name: TEXTS.get(name, "import numpy as np\n") for name in MODULES.split()})
     (root / "__init__.pyi").write_text(STUB)
-    for name in (
-        "errors",
-        "arrays",
-        "mesh/panels",
-        "contact/system",
-        "contact/laws",
-        "bem/kernel",
-        "bem/kelvin2d/tensors",
-        "bem/kelvin3d/tensors",
-        "compliance/dense",
-        "pipeline/run",
-        "sweep/quantities",
-        "sweep/run",
-    ):
-        (root / f"{name}.py").write_text("from __future__ import annotations\nimport numpy as np\n")
-    (root / "pipeline/run.py").write_text(
-        "from ..compliance.dense import S\nfrom .. import Bad, __version__\n"
-    )
-    (root / "compliance/dense.py").write_text(
-        "from ..contact.system import Modes\nfrom ..errors import Bad\n"
-    )
     return build
 
 
 def test_a_house_without_a_fault_has_none(house):
+    """The front door may be asked for what lies to the left."""
+    house({"bem/kernel": "from .. import Bad, __version__"})
     assert violations(house(), SMALL) == set()
     assert ImportGraph(house()).circles() == []
 
 
 @pytest.mark.parametrize(
-    ("file", "text", "told"),
+    ("file", "text", "imported"),
     [
-        ("bem/kernel", "from ..pipeline.run import solve", "bem.kernel imports pipeline.run"),
-        (
-            "bem/kernel",
-            "def f():\n    from ..pipeline import run",
-            "bem.kernel imports pipeline.run",
-        ),
-        ("bem/kernel", "from ..pipeline import anything", "bem.kernel imports pipeline"),
-        (
-            "bem/kernel",
-            "if TYPE_CHECKING:\n    from ..sweep import run",
-            "bem.kernel imports sweep.run",
-        ),
-        ("bem/kernel", "from .. import solve", "bem.kernel imports pipeline.run"),
-        ("bem/kernel", "from petcontact import solve", "bem.kernel imports pipeline.run"),
-        ("bem/kernel", "from .. import nothing", "bem.kernel imports nothing"),
-        ("bem/kernel", "import petcontact", "bem.kernel imports ?"),
-        (
-            "bem/kernel",
-            "from petcontact.pipeline.run import solve",
-            "bem.kernel imports pipeline.run",
-        ),
-        ("bem/kernel", "import petcontact.sweep.run as late", "bem.kernel imports sweep.run"),
-        ("bem/kernel", "import_module('petcontact.sweep.run')", "bem.kernel imports sweep.run"),
-        ("bem/kernel", "import_module('..sweep', __package__)", "bem.kernel imports sweep"),
-        ("bem/kernel", "__import__('petcontact.sweep.run')", "bem.kernel imports sweep.run"),
+        ("bem/kernel", "from ..pipeline.run import solve", "pipeline.run"),
+        ("bem/kernel", "def f():\n    from ..pipeline import run", "pipeline.run"),
+        ("bem/kernel", "from ..pipeline import anything", "pipeline"),
+        ("bem/kernel", "if TYPE_CHECKING:\n    from ..sweep import run", "sweep.run"),
+        ("bem/kernel", "from petcontact import solve", "pipeline.run"),
+        ("bem/kernel", "from .. import nothing", "nothing"),
+        ("bem/kernel", "import petcontact", "?"),
+        ("bem/kernel", "import petcontact.sweep.run as late", "sweep.run"),
+        ("bem/kernel", "import_module('petcontact.sweep.run')", "sweep.run"),
+        ("bem/kernel", "import_module('..sweep', __package__)", "sweep"),
+        ("bem/kernel", "__import__('petcontact.sweep.run')", "sweep.run"),
         (
             "bem/kernel",
             "def f(n): importlib.import_module(f'..sweep.{n}', __package__)",
-            "bem.kernel imports sweep.run",
+            "sweep.run",
         ),
-        ("bem/kernel", "def f(n): importlib.import_module(n)", "bem.kernel imports ?"),
-        ("mesh/panels", "from ..contact import system", "mesh.panels imports contact.system"),
-        ("mesh/panels", "from ..nowhere import x", "mesh.panels imports nowhere"),
-        ("contact/laws", "from ..mesh import panels", "contact.laws imports mesh.panels"),
-        (
-            "compliance/dense",
-            "from ..contact.laws import Tresca",
-            "compliance.dense imports contact.laws",
-        ),
-        (
-            "bem/kelvin2d/tensors",
-            "from ..kelvin3d import tensors",
-            "bem.kelvin2d.tensors imports bem.kelvin3d.tensors",
-        ),
-        ("attic/old", "x = 1", "attic is in no layer"),
+        ("bem/kernel", "def f(n): importlib.import_module(n)", "?"),
+        ("mesh/panels", "from ..contact import system", "contact.system"),
+        ("contact/laws", "from ..mesh import panels", "mesh.panels"),
+        ("compliance/dense", "from ..contact.laws import Tresca", "contact.laws"),
+        ("bem/kelvin2d/tensors", "from ..kelvin3d import tensors", "bem.kelvin3d.tensors"),
     ],
 )
-def test_each_rule_fails_where_it_is_broken(house, file, text, told):
-    assert told in violations(house(**{f"{file.replace('/', '__')}.py": text}), SMALL)
+def test_each_rule_fails_where_it_is_broken(house, file, text, imported):
+    wrong = f"{file.replace('/', '.')} imports {imported}"
+    assert wrong in violations(house({file: text}), SMALL)
 
 
-def test_the_front_door_may_be_asked_for_what_lies_to_the_left(house):
-    assert (
-        violations(house(**{"bem__kernel.py": "from .. import Bad, __version__"}), SMALL) == set()
-    )
-
-
-def test_a_layer_that_is_not_there_is_reported(house):
-    assert violations(house(), (*SMALL, "attic")) == {"attic is not there"}
-
-
-def test_a_folder_of_kernels_sees_arrays_only(house):
-    root = house(**{"compression__aca.py": "from ..errors import Bad"})
-    assert violations(root, (SMALL[0], "compression", *SMALL[1:])) == {
-        "compression.aca imports errors"
+def test_layers_and_folders_without_each_other_are_reported(house):
+    root = house({"attic/old": "x = 1", "compression/aca": "from ..errors import Bad"})
+    wrong = violations(root, (SMALL[0], "compression cellar", *SMALL[1:]))
+    assert wrong == {
+        "attic is in no layer",
+        "cellar is not there",
+        "compression.aca imports errors",  # a folder of kernels sees arrays only
     }
 
 
 def test_circles_are_found_through_three_files_and_inside_functions(house):
     root = house(
-        **{
-            "mesh__a.py": "from .b import x",
-            "mesh__b.py": "def f():\n    from . import c",
-            "mesh__c.py": "import petcontact.mesh.a",
-            "mesh__d.py": "from . import a",
-            "bem__e.py": "from .kernel import K",
+        {
+            "mesh/a": "from .b import x",
+            "mesh/b": "def f():\n    from . import c",
+            "mesh/c": "import petcontact.mesh.a",
+            "mesh/d": "from . import a",
+            "bem/e": "from .kernel import K",
         }
     )
     assert ImportGraph(root).circles() == [("mesh.a", "mesh.b", "mesh.c")]
