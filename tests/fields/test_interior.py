@@ -35,16 +35,7 @@ from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.inside import write_vtu
 
 POINTS = np.array(
-    [
-        [2.5, 0.5],
-        [1.0, 0.3],
-        [3.9, 1.99],
-        [0.31, 0.31],
-        [2.0, 0.55],
-        [0.001, 1.5],
-        [3.3, 1e-4],
-        [1.58, 1.0],
-    ]
+    [[2.5, 0.5], [1.0, 0.3], [3.9, 1.99], [0.31, 0.31], [2.0, 0.55], [0.001, 1.5], [3.3, 1e-4]]
 )
 
 
@@ -66,18 +57,6 @@ def test_field_of_exact_boundary_data_up_to_the_boundary(options, errors, plane)
     wanted_u, wanted_stress = exact(POINTS, material)
     assert np.abs(u - wanted_u).max() < errors[0] * np.abs(wanted_u).max()
     assert np.abs(stress - wanted_stress).max() < errors[1] * np.abs(wanted_stress).max()
-
-
-@pytest.fixture(scope="module")
-def solved():
-    return {
-        "uniform": solve(example(1, mesh=MeshOptions(element_size=0.1))),
-        "graded": solve(
-            example(
-                1, mesh=MeshOptions(order=3, levels=6, grading=0.3, graded_points=((3.378, 0.0),))
-            )
-        ),
-    }
 
 
 @pytest.mark.parametrize(
@@ -235,29 +214,23 @@ def test_field_on_a_grid_and_its_file(tmp_path):
         write_vtu(tmp_path / "none" / "field.vtu", field)
 
 
-def test_boundary_file(solved, tmp_path):
-    for kind, solution in solved.items():
-        write_boundary_vtu(tmp_path / f"{kind}.vtu", solution)
-        back = meshio.read(tmp_path / f"{kind}.vtu")
-        lines = back.cells_dict["line"]
-        length = np.hypot(*(back.points[lines[:, 1]] - back.points[lines[:, 0]])[:, :2].T)
-        assert length.sum() == pytest.approx(24.0)
-        part, contact = back.cell_data["part"][0], back.cell_data["contact"][0]
-        assert np.array_equal(part == 0, contact >= 0)
-        slip = length[contact == 1].sum()
-        assert slip == pytest.approx(3.378, abs=0.2)
-        assert np.allclose(back.point_data["sigma_t"][lines[contact == 1]], -150.0, atol=2.0)
-        ends = lines[contact >= 0]
-        assert np.abs(back.point_data["sigma_t"][ends]).max() <= 150.0 * (1.0 + 1e-12)
-        assert np.allclose(back.point_data["friction_bound"][ends], 150.0, rtol=1e-12)
-        assert {
-            "part 0 is bottom",
-            "contact 1 is slip",
-            "contact 2 is open",
-        } <= back.field_data.keys()
-        top = lines[part == 2]
-        assert np.abs(back.point_data["displacement"][top]).max() < 1e-14
-    assert len(lines) > 5 * solution.mesh.n_elements
+def test_boundary_file(tmp_path):
+    solution = solve(example(1, mesh=MeshOptions(element_size=0.1)))
+    write_boundary_vtu(tmp_path / "b.vtu", solution)
+    back = meshio.read(tmp_path / "b.vtu")
+    lines, data = back.cells_dict["line"], back.point_data
+    length = np.hypot(*(back.points[lines[:, 1]] - back.points[lines[:, 0]])[:, :2].T)
+    assert length.sum() == pytest.approx(24.0)
+    part, contact = back.cell_data["part"][0], back.cell_data["contact"][0]
+    assert np.array_equal(part == 0, contact >= 0)
+    slips, ends = lines[contact == 1], lines[contact >= 0]
+    assert length[contact == 1].sum() == pytest.approx(3.378, abs=0.2)
+    assert np.allclose(data["sigma_t"][slips], -150.0, atol=2.0)
+    assert np.abs(data["sigma_t"][ends]).max() <= 150.0 * (1.0 + 1e-12)
+    assert np.allclose(data["friction_bound"][ends], 150.0, rtol=1e-12)
+    names = {"part 0 is bottom", "contact 1 is slip", "contact 2 is open"}
+    assert names <= back.field_data.keys()
+    assert np.abs(data["displacement"][lines[part == 2]]).max() < 1e-14
 
 
 @pytest.mark.parametrize("body", [BODY, None], ids=["arcs", "straight"])

@@ -146,13 +146,9 @@ def test_a_mistake_is_named_as_it_was_spelled(path, value):
     ("change", "wanted"),
     [
         ({"materal": {}}, "c: materal: unknown key, did you mean 'material'?"),
-        ({"boundry": []}, "c: boundry: unknown key, did you mean 'boundary'?"),
         ({"obstacles": []}, "c: obstacles: unknown key, did you mean 'obstacle'?"),
         ({"name": "block"}, "c: name: unknown key"),
-        (
-            {"body": []},
-            "c: material: belongs to a body; where there is [[body]] it stands in each of them",
-        ),
+        ({"body": []}, "c: material: belongs to a body; where there is [[body]] it stands in each"),
     ],
 )
 def test_unknown_keys_of_the_flat_spelling(change, wanted):
@@ -173,15 +169,10 @@ def test_one_body_needs_conditions_or_contacts():
 def test_keys_of_the_body_are_read_and_changed_where_there_is_one():
     problem = block(title="a")
     assert problem.material.young_modulus == 1e4 and problem.boundary[0].part == "bottom"
-    new = problem.model_copy(
-        update={"mesh": MeshOptions(0.5), "boundary": problem.boundary[:1], "method": Method("tao")}
-    )
-    assert (new.mesh.element_size, len(new.body[0].boundary), new.method.name, new.title) == (
-        0.5,
-        1,
-        "tao",
-        "a",
-    )
+    changes = {"mesh": MeshOptions(0.5), "boundary": problem.boundary[:1], "method": Method("tao")}
+    new = problem.model_copy(update=changes)
+    assert (new.mesh.element_size, len(new.body[0].boundary)) == (0.5, 1)
+    assert (new.method.name, new.title) == ("tao", "a")
     assert problem.mesh == MeshOptions() and new.geometry is problem.geometry
     assert pickle.loads(pickle.dumps(new)) == new
 
@@ -209,63 +200,58 @@ def test_values_by_place_are_those_by_name():
     assert Obstacle("punch", "free").displacement == "free" and Bem("hodlr").mat_type == "hodlr"
 
 
+MISSPELT = {"condition": "contact", "part": "a", "friction_bund": 3}
+
+
 @pytest.mark.parametrize(
     ("build", "wanted"),
     [
         (lambda: Contact("bottom", part="top"), "Contact: part is given twice"),
-        (
-            lambda: Material(1.0, 0.3, "strain", 4),
-            "Material: takes young_modulus, poisson_ratio, plane in this",
-        ),
+        (lambda: Material(1.0, 0.3, "strain", 4), "takes young_modulus, poisson_ratio, plane in"),
         (lambda: Contact(3), "part: must be a string, got 3"),
         (lambda: Displacement("top"), "value: this key is required"),
-        (
-            lambda: block(boundary=[{"condition": "contact", "part": "a", "friction_bund": 3}]),
-            "boundary[0].friction_bund: unknown key, did you mean 'friction_bound'?",
-        ),
+        (lambda: block(boundary=[MISSPELT]), "boundary[0].friction_bund: unknown key, did you"),
     ],
 )
 def test_mistakes_by_place_are_one_line(build, wanted):
     with pytest.raises(InputError) as caught:
         build()
-    assert str(caught.value).startswith(wanted)
+    assert wanted in str(caught.value)
+
+
+FULL = Method(formulation="full", start="frictionless")
+PROJECTION = Method("projection", omega=1.0, start="r.h5")
+POINT = {"graded_points": [(1, 0)]}
 
 
 @pytest.mark.parametrize(
     ("problem", "adaptive", "wanted"),
     [
-        (block(), False, []),
-        (block(method=Method(rho=2.0, tau=1.0)), False, ["method.rho", "method.tau"]),
-        (block(method=Method(formulation="full", start="frictionless")), False, []),
-        (two(method=Method(formulation="full", start="frictionless")), False, []),
+        (block(), False, ""),
+        (block(method=Method(rho=2.0, tau=1.0)), False, "method.rho method.tau"),
+        (block(method=FULL), False, ""),
+        (two(method=FULL), False, ""),
+        (block(method=PROJECTION, mesh=MeshOptions(0.1)), True, "mesh.element_size"),
+        (block(mesh=MeshOptions(**POINT)), True, ""),
+        (block(mesh=MeshOptions(levels=3, accuracy=0.1)), True, "mesh.levels"),
         (
-            block(method=Method("projection", omega=1.0, start="r.h5"), mesh=MeshOptions(0.1)),
-            True,
-            ["mesh.element_size"],
-        ),
-        (block(mesh=MeshOptions(graded_points=[(1, 0)])), True, []),
-        (block(mesh=MeshOptions(levels=3, accuracy=0.1)), True, ["mesh.levels"]),
-        (
-            block(mesh=MeshOptions(0.1, levels=3, graded_points=[(1, 0)], accuracy=0.1)),
+            block(mesh=MeshOptions(0.1, levels=3, accuracy=0.1, **POINT)),
             False,
-            ["mesh.levels", "mesh.graded_points", "mesh.accuracy"],
+            "mesh.levels mesh.graded_points mesh.accuracy",
         ),
     ],
 )
 def test_keys_that_a_solve_does_not_read(problem, adaptive, wanted):
-    assert problem.ignored(adaptive=adaptive) == wanted
+    assert problem.ignored(adaptive=adaptive) == wanted.split()
 
 
-def test_adaptive_solves_in_space_begin_with_the_mesh_that_is_asked_for():
+def test_keys_that_are_not_read_in_space_and_of_several_bodies():
+    """Adaptive solves in space begin with the mesh that is asked for; keys name their body."""
     problem = load(CONFIGS / "space_b.toml", {"mesh.order": 1, "mesh.accuracy": 0.1})
     assert problem.ignored(adaptive=True) == [] and problem.ignored() == ["mesh.accuracy"]
-
-
-def test_mesh_keys_of_several_bodies_name_their_body():
     lower, upper = two().body
-    problem = two().model_copy(
-        update={"body": (lower, upper.model_copy(update={"mesh": MeshOptions(1.0)}))}
-    )
+    sized = upper.model_copy(update={"mesh": MeshOptions(1.0)})
+    problem = two().model_copy(update={"body": (lower, sized)})
     assert problem.ignored(adaptive=True) == ["body[1].mesh.element_size"]
 
 
