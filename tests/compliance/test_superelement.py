@@ -220,6 +220,9 @@ def block_file(path, **changes):
     return path
 
 
+COMPLIANCE = {"stiffness": None, "compliance": np.eye(8)}
+
+
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
@@ -239,12 +242,9 @@ def block_file(path, **changes):
         ({"elements": np.array([[0, 1], [1, 0]])}, "the same is there twice"),
         ({"points": np.zeros((3, 2))}, "a side has no length"),
         ({"points": np.ones((3, 2), np.longdouble)}, "numbers of 128 bits"),
-        ({"stiffness": None, "compliance": -np.eye(8)}, "positive on its diagonal"),
+        (COMPLIANCE | {"compliance": -np.eye(8)}, "positive on its diagonal"),
         ({"order": np.array([99, 1])}, "order: must hold numbers from 0 to 5"),
-        (
-            {"stiffness": None, "compliance": np.eye(8), "curvature": np.full(2, 1e9)},
-            "curvature: a circle's radius",
-        ),
+        (COMPLIANCE | {"curvature": np.full(2, 1e9)}, "curvature: a circle's radius"),
     ],
 )
 def test_a_file_that_says_something_else_is_refused_in_one_line(changes, told, tmp_path):

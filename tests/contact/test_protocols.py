@@ -42,6 +42,10 @@ def cylinder(shift=0.05):
     return x, system, matrix
 
 
+def coulomb(m, mu):
+    return SignoriniCoulomb(np.full(m, float(mu)), np.full(m, np.inf), np.ones(m, dtype=bool), 2)
+
+
 class Adhesion:
     """Tresca friction at all nodes, and a normal traction that pulls by at most a strength; open,
     it goes on to pull so."""
@@ -133,9 +137,7 @@ def test_methods_and_rules_of_ones_own_find_the_packages_answer(law):
         system = ReducedSystem(system.u_0[:, :1] * (1.0 + x[:, None] ** 2), matrix, system.weight)
         law = Tresca(np.full(COUNT, 0.02))
     else:
-        law = SignoriniCoulomb(
-            np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2
-        )
+        law = coulomb(COUNT, 0.3)
     exact = method_of("semismooth-newton")(system, law, iteration())
     assert exact.converged and len(set(exact.states.tolist())) > 1
     for method in (
@@ -183,14 +185,9 @@ def test_what_is_no_method_or_rule_is_one_line(given, rule, why):
 
 def test_laws_by_object_and_function():
     x, system, _ = cylinder()
-    given = SignoriniCoulomb(
-        np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2
-    )
-    places = np.column_stack([x, np.zeros(COUNT)])
-    nodes = ContactNodes(
-        places, np.tile([0.0, -1.0], (COUNT, 1)), system.weight, {"bottom": slice(0, COUNT)}, given
-    )
-    own = Adhesion(np.zeros(COUNT), np.ones(COUNT))
+    given, own = coulomb(COUNT, 0.3), Adhesion(np.zeros(COUNT), np.ones(COUNT))
+    places, normal = np.column_stack([x, 0.0 * x]), np.tile([0.0, -1.0], (COUNT, 1))
+    nodes = ContactNodes(places, normal, system.weight, {"bottom": slice(0, COUNT)}, given)
     assert law_of(None, nodes) is given and law_of(own, nodes) is own
     made = law_of(lambda n: Adhesion(0.1 * n.x[:, 0] ** 2, np.ones(len(n.weight))), nodes)
     assert np.array_equal(-made.least[:, 1], 0.1 * x**2)
@@ -205,15 +202,15 @@ def test_laws_by_object_and_function():
             law_of(wrong, nodes)
 
 
-@pytest.mark.parametrize(
-    "name",
-    sorted(
-        module.name
-        for module in pkgutil.walk_packages(petcontact.contact.__path__, "petcontact.contact.")
-    ),
-)
-def test_examples_in_docstrings_run(name):
-    assert doctest.testmod(importlib.import_module(name)).failed == 0
+def test_examples_in_docstrings_run():
+    """They are there where a reader looks first: laws, the projection, the protocol of systems."""
+    attempted = {}
+    for module in pkgutil.walk_packages(petcontact.contact.__path__, "petcontact.contact."):
+        result = doctest.testmod(importlib.import_module(module.name))
+        assert result.failed == 0
+        attempted[module.name.removeprefix("petcontact.contact.")] = result.attempted
+    for name in ("laws", "law_protocol", "friction_law", "system", "methods.registry"):
+        assert attempted[name] > 0, name
 
 
 @pytest.mark.parametrize("share", [1e6, 1e12])
@@ -246,9 +243,7 @@ def test_equilibrium_is_to_round_off_or_refused(beyond, holds):
     """A cylinder pushed by µP(1 + ε): what is converged is in equilibrium to 1e-10; just beyond the
     limit nothing is."""
     x, weight, matrix = half_plane(COUNT, 1.5)
-    law = SignoriniCoulomb(
-        np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2
-    )
+    law = coulomb(COUNT, 0.3)
     system = pressed(matrix, weight, 0.5 * x**2, (0.15 * (1.0 + beyond), 0.5))
     for method in (SemismoothNewton(), Projection(Modified(), 1.0, 1.5)):
         state = method(system, law, iteration(1e-6, 300))
@@ -264,9 +259,7 @@ def test_a_light_touch_is_not_lost_beside_its_gap(push):
     no method drops it."""
     spread = np.geomspace(0.02, 30.0, 25) * np.sqrt(push)
     x, weight, matrix = half_plane_on(np.concatenate([-spread[::-1], [0.0], spread, [1.0]]))
-    law = SignoriniCoulomb(
-        np.zeros(len(x)), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 2
-    )
+    law = coulomb(len(x), 0.0)
     system = ReducedSystem(np.column_stack([np.zeros(len(x)), push - 0.5 * x**2]), matrix, weight)
     exact = SemismoothNewton()(system, law, iteration(1e-12))
     force = -weight @ exact.sigma[:, 1]
@@ -282,7 +275,7 @@ def test_a_light_touch_is_not_lost_beside_its_gap(push):
 def test_open_nodes_that_overlap_are_on_the_wrong_side_however_large_the_guess_was():
     """Without tractions ρv is small beside the guess of other loads, of which a share stands for
     round-off."""
-    law = SignoriniCoulomb(np.zeros(2), np.full(2, np.inf), np.ones(2, dtype=bool), 2)
+    law = coulomb(2, 0.0)
     open_ = Linearisation.from_law(law, np.array([[0.0, -1e3], [0.0, -1e3]]))
     v = np.array([[0.0, 1e-7], [0.0, -0.6]])
     tau = next_tau(open_, law, np.zeros((2, 2)), v, 1e-11, 1e-12)[0]
@@ -293,9 +286,7 @@ def test_residuals_are_of_each_pair_by_its_own_tractions():
     """Nodes that press lightly and are wrong by a half are not lost beside a pair that presses a
     million times harder."""
     m = 4
-    law = SignoriniCoulomb(
-        np.full(2 * m, 0.3), np.full(2 * m, np.inf), np.ones(2 * m, dtype=bool), 2
-    )
+    law = coulomb(2 * m, 0.3)
     pressure = np.repeat([1.0, 1e-6], m)
     system = ReducedSystem(
         np.column_stack([np.zeros(2 * m), pressure]), np.eye(4 * m), np.ones(2 * m)
@@ -316,7 +307,7 @@ def test_residuals_are_of_each_pair_by_its_own_tractions():
 def test_what_sticks_under_a_free_plate_is_not_measured_by_round_off():
     """Its tangents do not move at all, its normals do: both hold."""
     m, spread = 4, np.random.default_rng(5).uniform(0.5, 1.0, 4)
-    law = SignoriniCoulomb(np.full(m, 0.8), np.full(m, np.inf), np.ones(m, dtype=bool), 2)
+    law = coulomb(m, 0.8)
     down = np.tile([0.0, 1.0], (m, 1))
     modes = Modes(down[:, :, None], down[None], np.array([spread.sum()]))
     system = ReducedSystem(np.zeros((m, 2)), np.diag(down.ravel()), np.ones(m), modes)
