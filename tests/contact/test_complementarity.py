@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from reduced_system import coulomb
 
 from petcontact.contact.active_set.complementarity import complementary_guesses, lemke
 from petcontact.contact.active_set.pivots import pivots
@@ -64,8 +65,7 @@ def test_a_drawer_jams_where_friction_is_more_than_its_length_over_twice_the_off
     friction, holds, gap, near
 ):
     """µ = 1/(2·2): two forces N a length apart balance the moment of the pull, 2µN >= pull."""
-    system, each = drawer(1.0, 2.0, gap), np.ones(4)
-    law = SignoriniCoulomb(friction * each, np.inf * each, each > 0.0, 2)
+    system, law = drawer(1.0, 2.0, gap), coulomb(4, friction)
     ends = []
     for tau, sigma, _ in complementary_guesses(system, law, np.arange(4) < near):
         solver = DenseActiveSetSolver(system, None)

@@ -9,6 +9,7 @@ import pytest
 import scipy
 from hypothesis import given
 from hypothesis import strategies as st
+from reduced_system import coulomb
 
 from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.contact.law_protocol import bound_excess, law_residual
@@ -70,7 +71,7 @@ def test_what_satisfies_the_conditions_has_no_residual_and_conversely(seed, k, r
     """Signorini with Coulomb friction, written out node by node."""
     rng = np.random.default_rng(seed)
     m, mu = 12, 0.4
-    law = SignoriniCoulomb(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
+    law = coulomb(m, mu, k)
     closed = rng.random(m) < 0.7
     slips = closed & (rng.random(m) < 0.5)
     pressure = np.where(closed, rng.random(m) + 0.1, 0.0)
@@ -90,25 +91,6 @@ def test_what_satisfies_the_conditions_has_no_residual_and_conversely(seed, k, r
             assert np.abs(law_residual(law, v, wrong, rho)).max() > 1e-3 * min(1.0, rho)
 
 
-@pytest.mark.parametrize("k", [2, 3])
-def test_loads_that_no_traction_holds_are_known_beforehand(k):
-    """A block on a floor: pushed within the cone of friction, beyond it, and lifted."""
-    m, mu = 5, 0.3
-    law = SignoriniCoulomb(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
-    motion = np.broadcast_to(np.eye(k), (m, k, k)).copy()
-
-    def modes(*load):
-        return Modes(
-            motion, np.moveaxis(motion, 2, 0), np.array([load[0], *[0.0] * (k - 2), load[1]])
-        )
-
-    # v_n is the overlap: a force of +1 along it presses
-    assert unbalanced_load(None, law) is None and unbalanced_load(modes(0.29, 1.0), law) is None
-    assert unbalanced_load(modes(0.0, -1.0), law)[-1] == pytest.approx(-1.0)
-    push = unbalanced_load(modes(0.5, 1.0), law)
-    assert push[0] == pytest.approx(0.2) and np.abs(push[1:]).max() < 1e-9
-
-
 def floor(k, m=5):
     """M and E of a block that translates over m nodes; a force of +1 along the last axis
     presses."""
@@ -117,9 +99,20 @@ def floor(k, m=5):
 
 
 @pytest.mark.parametrize("k", [2, 3])
+def test_loads_that_no_traction_holds_are_known_beforehand(k):
+    """A block on a floor: pushed within the cone of friction, beyond it, and lifted."""
+    law, still, push = coulomb(5, 0.3, k), [0.0] * (k - 2), floor(k)
+    assert unbalanced_load(None, law) is None
+    assert unbalanced_load(push(0.29, *still, 1.0), law) is None
+    assert unbalanced_load(push(0.0, *still, -1.0), law)[-1] == pytest.approx(-1.0)
+    left = unbalanced_load(push(0.5, *still, 1.0), law)
+    assert left[0] == pytest.approx(0.2) and np.abs(left[1:]).max() < 1e-9
+
+
+@pytest.mark.parametrize("k", [2, 3])
 def test_a_vertex_that_leaves_its_bounds_by_round_off_asks_for_no_direction(k):
     """HiGHS gives pressures of -1e-17 where σ_t = 0: what of it lies beyond µp has no direction."""
-    law = SignoriniCoulomb(np.full(5, 0.3), np.full(5, np.inf), np.ones(5, dtype=bool), k)
+    law = coulomb(5, 0.3, k)
     solve = scipy.optimize.linprog
 
     def nearly(*args, **options):
@@ -156,7 +149,7 @@ def test_excess_is_relative_to_the_bound_of_each_node(seed, k, size):
     """What the law allows has none; what is beyond by a share has that share, however large other
     nodes' tractions are."""
     rng = np.random.default_rng(seed)
-    law = SignoriniCoulomb(np.full(6, 0.3), np.full(6, np.inf), np.ones(6, dtype=bool), k)
+    law = coulomb(6, 0.3, k)
     pressure = size * 10.0 ** rng.uniform(-4, 0, 6)
     direction = rng.standard_normal((6, k - 1))
     direction /= np.linalg.norm(direction, axis=1)[:, None]

@@ -13,7 +13,7 @@ import pytest
 import scipy
 from half_space import half_plane, half_plane_on, pressed
 from marks import slow
-from reduced_system import ReducedSystem
+from reduced_system import ReducedSystem, coulomb
 
 import petcontact.contact
 from petcontact import InputError, Method
@@ -21,7 +21,7 @@ from petcontact.contact.active_set.pivots import next_tau
 from petcontact.contact.criterion import Criterion, natural_residuals
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.law_protocol import OPEN, SLIP, STICK, bound_excess
-from petcontact.contact.laws import SignoriniCoulomb, Tresca
+from petcontact.contact.laws import Tresca
 from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.projection import Projection
@@ -40,10 +40,6 @@ def cylinder(shift=0.05):
         np.column_stack([np.full(COUNT, -shift), 0.2 - 0.5 * x**2]), matrix, weight
     )
     return x, system, matrix
-
-
-def coulomb(m, mu):
-    return SignoriniCoulomb(np.full(m, float(mu)), np.full(m, np.inf), np.ones(m, dtype=bool), 2)
 
 
 class Adhesion:
@@ -165,7 +161,7 @@ def test_methods_by_name_class_and_object():
 
 
 @pytest.mark.parametrize(
-    "given, rule, why",
+    ("given", "rule", "why"),
     [
         ("newton", None, "newton"),
         (3, None, "got 3"),

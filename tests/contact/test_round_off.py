@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from reduced_system import coulomb
 
 from petcontact.contact.criterion import displaced_by, natural_residuals
-from petcontact.contact.laws import SignoriniCoulomb
 
 
 def system(u_0, compliance):
@@ -25,8 +25,7 @@ def test_components_have_the_round_off_of_the_vector_they_belong_to(overlap):
     """Bodies that just touch: tangential displacements of 1e-20 beside gaps of .05 say nothing; an
     overlap without pressure does."""
     touching = system([[1e-20, overlap], [-2e-20, -0.05]], np.eye(4))
-    law = SignoriniCoulomb(np.full(2, 0.3), np.full(2, np.inf), np.ones(2, dtype=bool), 2)
-    residuals = natural_residuals(law, touching, touching.u_0, np.zeros((2, 2)))
+    residuals = natural_residuals(coulomb(2, 0.3), touching, touching.u_0, np.zeros((2, 2)))
     assert residuals == ((0.0, 0.0) if overlap < 1e-9 else (pytest.approx(0.0), 1.0))
 
 

@@ -11,13 +11,12 @@ import pytest
 from half_space import half_plane, half_space, pressed
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reduced_system import ReducedSystem
+from reduced_system import ReducedSystem, coulomb
 
 from petcontact import InputError, Method
 from petcontact.contact.criterion import Criterion, equilibrium_defect
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.law_protocol import OPEN, SLIP, STICK
-from petcontact.contact.laws import SignoriniCoulomb
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
 from petcontact.contact.methods.projection import Projection
@@ -28,10 +27,6 @@ from petcontact.reference.cattaneo_mindlin import LinePartialSlip
 from petcontact.reference.hertz import LineContact, PointContact, contact_modulus
 
 NEWTON = SemismoothNewton()
-
-
-def coulomb(m, mu, k):
-    return SignoriniCoulomb(np.full(m, float(mu)), np.full(m, np.inf), np.ones(m, dtype=bool), k)
 
 
 def iteration(tolerance=1e-9, limit=300, start=None, monitor=None):

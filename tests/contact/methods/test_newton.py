@@ -11,6 +11,7 @@ from examples import example
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from prepared import Posed
+from reduced_system import ReducedSystem, coulomb
 
 import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
@@ -18,7 +19,7 @@ from petcontact.contact.active_set.pivots import pivots
 from petcontact.contact.active_set.solvers import DenseActiveSetSolver
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
-from petcontact.contact.laws import SignoriniCoulomb, Tresca
+from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.system import Modes
 from petcontact.errors import SolverError
@@ -27,32 +28,6 @@ from petcontact.errors import SolverError
 def newton(prepared, max_iterations, predict=None, **keywords):
     iteration = Iteration(Criterion(1e-10), max_iterations, **keywords)
     return SemismoothNewton(predict)(prepared.system, prepared.law, iteration)
-
-
-class System:
-    """A contact system given by its matrix and u_0."""
-
-    matrix_free, modes, ksp_iterations, elastic_solves, applications = False, None, 0, 0, 0
-
-    def __init__(self, matrix, base):
-        self.matrix, self.u_0, self.weight = matrix, base, np.ones(len(base))
-
-    def compliance(self):
-        return self.matrix
-
-    def apply(self, sigma):
-        return self.matrix @ sigma
-
-
-class Springs(System):
-    """Of vectors (m, k)."""
-
-    def apply(self, sigma):
-        return (self.matrix @ sigma.ravel()).reshape(sigma.shape)
-
-
-def restricted(matrix, base):
-    return DenseActiveSetSolver(System(matrix, base[:, None]), None)
 
 
 def satisfies(matrix, base, bound, sigma, u):
@@ -71,9 +46,8 @@ def test_any_positive_definite_matrix_is_solved(m, seed, skewness):
     matrix = factor @ factor.T + 0.05 * np.eye(m) + skewness * (skew - skew.T)
     base, bound = 3 * rng.standard_normal(m), np.where(rng.random(m) < 0.1, 0.0, rng.random(m))
     start = 2.0 * rng.integers(-1, 2, (m, 1))
-    for last in itertools.islice(
-        pivots(restricted(matrix, base), Tresca(bound), base[:, None], None, start), 2000
-    ):
+    solver = DenseActiveSetSolver(ReducedSystem(base[:, None], matrix, np.ones(m)), None)
+    for last in itertools.islice(pivots(solver, Tresca(bound), base[:, None], None, start), 2000):
         if last.wrong == 0:
             break
     assert last.wrong == 0
@@ -88,22 +62,21 @@ def test_a_body_that_all_slips_both_ways_is_held_where_its_slip_turns(m, seed, p
     rng = np.random.default_rng(seed)
     base, bound = 10.0 * rng.permutation(m)[:, None], rng.uniform(0.5, 1.5, m)
     load = 0.01 * percent * bound.sum()
-    system = System(1e-3 * np.eye(m), base)
-    every = np.ones((m, 1, 1))
-    system.modes = Modes(every, every.reshape(1, m, 1), np.array([load]))
+    every, matrix = np.ones((m, 1, 1)), 1e-3 * np.eye(m)
+    modes = Modes(every, every.reshape(1, m, 1), np.array([load]))
+    system = ReducedSystem(base, matrix, np.ones(m), modes)
     state = SemismoothNewton(predict=False)(system, Tresca(bound), Iteration(Criterion(1e-10), 30))
     assert state.converged and len(state.history) <= 8, state.reason
-    satisfies(system.matrix, base[:, 0] + state.alpha, bound, state.sigma[:, 0], state.v[:, 0])
+    satisfies(matrix, base[:, 0] + state.alpha, bound, state.sigma[:, 0], state.v[:, 0])
     assert np.isclose(state.sigma.sum(), -load, atol=1e-9)
 
 
 def test_a_start_without_tractions_says_by_its_overlaps_what_is_closed():
     each = np.ones(6)
-    law = SignoriniCoulomb(0.3 * each, np.inf * each, each > 0.0, 2)
     overlaps = np.column_stack([0.01 * each, [1.0, 2.0, 3.0, -1.0, -2.0, -3.0]])
-    system = Springs(np.eye(12), overlaps)
+    system = ReducedSystem(overlaps, np.eye(12), each)
     iteration = Iteration(Criterion(1e-10), 50, start=(overlaps, 0.0 * overlaps))
-    state = SemismoothNewton(False)(system, law, iteration)
+    state = SemismoothNewton(False)(system, coulomb(6, 0.3), iteration)
     assert state.converged and state.history.exchanged == [0]
     assert np.allclose(state.sigma[:, 1], np.minimum(-overlaps[:, 1], 0.0))
 
