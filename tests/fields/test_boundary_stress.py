@@ -149,19 +149,20 @@ def triangles(mesh):
     )
 
 
-def hanging(order, levels, shrink):
-    """The cube with panels cut again and again about a point of its top, those around it as they
-    are."""
-    return refined(box_mesh(CUBE, lambda part: 0.5, order, 1.0), (0.2, 0.1, 1.0), levels, shrink)
-
-
 def refined(mesh, point, levels, shrink):
-    """A mesh with the panels about a point cut again and again."""
+    """A mesh with the panels about a point cut again and again, those around it as they are."""
     for level in range(levels):
         distance = np.full(mesh.n_elements, np.inf)
         np.minimum.at(distance, mesh.element, np.linalg.norm(mesh.x - point, axis=1))
         mesh = quartered(mesh, distance < 0.35 * shrink**level)
     return mesh
+
+
+def posed(shape, order, size):
+    """A body in contact at its top, and its mesh."""
+    mesh, contact = MeshOptions(size, order=order), [Contact("top")]
+    problem = Problem(material=SOFT, geometry=shape, mesh=mesh, boundary=contact)
+    return problem, mesh_of(problem.body[0], problem.outline())
 
 
 def bent(x):
@@ -172,50 +173,38 @@ def bent(x):
 
 
 def stress_error(mesh, field, *places):
-    """Largest and rms error of the stress of exact data over the largest stress."""
+    """Largest error of the stress of exact data over the largest stress."""
     u, stress = field(mesh.x)
     found = BoundaryField(mesh, u, np.einsum("nij,nj->ni", stress, mesh.normal), SOFT).stress(
         *places
     )
     wanted = components(field(at(mesh, *places))[1])
-    error = np.abs(found - wanted).max(axis=1) / np.abs(wanted).max()
-    return float(error.max()), float(np.sqrt(np.mean(error**2)))
+    return np.abs(found - wanted).max() / np.abs(wanted).max()
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_linear_stress_is_exact_on_hanging_nodes(order):
-    mesh = hanging(order, 4, 0.5)
-    assert stress_error(mesh, bent, *everywhere(mesh, 3, np.random.default_rng(0)))[0] < 1e-12
+    mesh = refined(box_mesh(CUBE, lambda part: 0.5, order, 1.0), (0.2, 0.1, 1.0), 4, 0.5)
+    assert stress_error(mesh, bent, *everywhere(mesh, 3, np.random.default_rng(0))) < 1e-12
 
 
-@pytest.mark.parametrize(("order", "bound"), [(1, 0.2), (2, 0.09)])
-def test_large_panels_beside_crowds_of_small_ones_take_no_notice_of_them(order, bound):
+@pytest.mark.parametrize(
+    ("ball", "order", "bound"),
+    [(False, 1, 0.2), (False, 2, 0.09), (True, 1, 0.2), (True, 2, 0.027)],
+)
+def test_large_panels_beside_crowds_of_small_ones_tell_no_peak_that_is_elsewhere(
+    ball, order, bound
+):
     """The stress of a load on a spot, on panels 64 times smaller than those around them: 1.17 and
-    .12 off at nodes of large panels when the samples nearest to these lie on small ones only."""
-    mesh = hanging(order, 6, 0.4)
-    assert (
-        stress_error(
-            mesh, lambda x: kelvin(x, (0.015, -0.025, 0.05), (0.2, 0.1, 1.05)), *nodal_places(mesh)
-        )[0]
-        < bound
-    )
-
-
-@pytest.mark.parametrize(("order", "bound"), [(1, 0.2), (2, 0.027)])
-def test_large_curved_panels_at_the_border_of_a_part_tell_no_peak_that_is_elsewhere(order, bound):
-    """The same on a ball, whose parts have few panels: .31 and .03 off, at large ones where next to
-    nothing is."""
-    ball = Sphere(centre=(0.0, 0.0, 0.0), radius=1.0)
-    problem = Problem(
-        material=SOFT, geometry=ball, mesh=MeshOptions(0.5, order=order), boundary=[Contact("top")]
-    )
-    mesh = refined(mesh_of(problem.body[0], problem.outline()), (0.0, 0.0, 1.0), 6, 0.4)
-    assert (
-        stress_error(
-            mesh, lambda x: kelvin(x, (0.015, -0.025, 0.05), (0.0, 0.0, 1.05)), *nodal_places(mesh)
-        )[0]
-        < bound
-    )
+    .12 off at nodes of large panels when the samples nearest to these lie on small ones only; .31
+    and .03 at large ones of a ball, whose parts have few panels."""
+    mesh, spot = box_mesh(CUBE, lambda part: 0.5, order, 1.0), (0.2, 0.1, 1.0)
+    if ball:
+        _, mesh = posed(Sphere(centre=(0.0, 0.0, 0.0), radius=1.0), order, 0.5)
+        spot = (0.0, 0.0, 1.0)
+    mesh, above = refined(mesh, spot, 6, 0.4), (*spot[:2], 1.05)
+    load = lambda x: kelvin(x, (0.015, -0.025, 0.05), above)  # noqa: E731
+    assert stress_error(mesh, load, *nodal_places(mesh)) < bound
 
 
 @settings(max_examples=5, deadline=None)
@@ -259,13 +248,7 @@ def curved(kind, order, rng):
     if kind == "curve":
         return meshed(order=order, element_size=rng.uniform(0.3, 1.0))
     shape = Sphere(centre=(0, 0, 0), radius=1) if rng.integers(2) else CYLINDER
-    problem = Problem(
-        material=SOFT,
-        geometry=shape,
-        mesh=MeshOptions(1.0, order=order),
-        boundary=[Contact("top")],
-    )
-    mesh = mesh_of(problem.body[0], problem.outline())
+    _, mesh = posed(shape, order, 1.0)
     mesh = triangles(mesh) if kind == "triangles" else mesh
     stretched = np.diag(rng.uniform(0.5, 2.0, 3)) + rng.uniform(-0.2, 0.2, (3, 3))
     away = rng.uniform(-3.0, 3.0, 3)

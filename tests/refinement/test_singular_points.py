@@ -12,7 +12,6 @@ from petcontact import (
     Contact,
     Displacement,
     Material,
-    MeshOptions,
     Polygon,
     Problem,
     Rectangle,
@@ -42,13 +41,23 @@ def l_shaped(friction_bound: float | str) -> Problem:
     )
 
 
+def exponents(problem):
+    return corner_exponents(problem.body[0], problem.boundaries[0])
+
+
+def with_condition(problem, condition):
+    """A problem with another condition for a part."""
+    boundary = [condition if c.part == condition.part else c for c in problem.boundary]
+    return problem.model_copy(update={"boundary": tuple(boundary)})
+
+
 def test_corners_are_as_strong_as_their_angles_and_sides():
+    """Free sides meet at (4, 2); the right angles are clamped and free, or free. Held and free sides
+    in one line: r^(1/2), whether they stick or slip."""
     problem = l_shaped(80.0)
-    found = corner_exponents(problem.body[0], problem.geometry.outline())
-    # free sides meet at (4, 2); the right angles are clamped and free, or free
+    found = exponents(problem)
     assert found[2][1] == found[3][0] == pytest.approx(0.5445, abs=1e-3)
     assert found[0] == pytest.approx((0.711, 0.711), abs=2e-3) and found[1] == (found[0][1], 1.0)
-    # held and free sides in one line: r^(1/2), whether they stick or slip
     flat = Polygon(
         vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)), parts=("a", "b", "right", "top", "left")
     )
@@ -57,41 +66,22 @@ def test_corners_are_as_strong_as_their_angles_and_sides():
         *(Traction(part=p, value=(0.0, 0.0)) for p in ("b", "right", "left")),
         Displacement(part="top", value=(0.0, 0.0)),
     )
-    problem = problem.model_copy(update={"geometry": flat, "boundary": boundary})
-    assert corner_exponents(problem.body[0], flat.outline())[0] == pytest.approx(
-        (0.711, 0.5), abs=2e-3
-    )
-    held = tuple(
-        Displacement(part="shelf", value=(0.0, 0.0)) if c.part == "shelf" else c
-        for c in l_shaped(80.0).boundary
-    )
-    problem = l_shaped(80.0).model_copy(update={"boundary": held})
-    assert corner_exponents(problem.body[0], problem.geometry.outline())[2][1] == pytest.approx(
-        0.3417, abs=1e-3
-    )
+    level = problem.model_copy(update={"geometry": flat, "boundary": boundary})
+    assert exponents(level)[0] == pytest.approx((0.711, 0.5), abs=2e-3)
+    held = with_condition(problem, Displacement(part="shelf", value=(0.0, 0.0)))
+    assert exponents(held)[2][1] == pytest.approx(0.3417, abs=1e-3)
 
 
 def test_a_skew_roller_is_held_in_its_own_direction():
     """Contact may slide at (40, 0); the side from (55, 12) leans and is held in x: neither sliding
     nor clamped."""
-    found = corner_exponents(skew().body[0], skew().geometry.outline())
+    found = exponents(skew())
     assert found[0][1] == pytest.approx(0.528, abs=2e-3)
-    clamped = skew().model_copy(
-        update={
-            "boundary": tuple(
-                Displacement(part="upper", value=(-0.03, 0.0)) if c.part == "upper" else c
-                for c in skew().boundary
-            )
-        }
-    )
-    assert (
-        found[2][0]
-        == found[1][1]
-        != corner_exponents(clamped.body[0], clamped.geometry.outline())[2][0]
-    )
+    clamped = with_condition(skew(), Displacement(part="upper", value=(-0.03, 0.0)))
+    assert found[2][0] == found[1][1] != exponents(clamped)[2][0]
 
 
-def skew(**mesh) -> Problem:
+def skew() -> Problem:
     """A body on whose base friction ends next to a skew side; estimates were 20 times too small
     there."""
     return Problem(
@@ -100,7 +90,6 @@ def skew(**mesh) -> Problem:
             vertices=((0, 0), (40, 0), (55, 12), (40, 25), (0, 25)),
             parts=("base", "lower", "upper", "top", "left"),
         ),
-        mesh=MeshOptions(**mesh),
         boundary=(
             Contact(part="base", friction_bound=60.0),
             Traction(part="lower", value=(0.0, 0.0)),
@@ -169,5 +158,5 @@ def test_torsion_has_the_exponents_of_laplace_s_equation():
         "boundary": [held, turned, *free],
     }
     problem = Problem.model_validate(data)
-    found = corner_exponents(problem.body[0], problem.boundaries[0])
+    found = exponents(problem)
     assert [round(a, 3) for a, _ in found] == [1.0, 0.711, 1.0, 0.5]
