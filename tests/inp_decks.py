@@ -1,10 +1,13 @@
-"""Grids of elements as Abaqus and CalculiX write them."""
+"""Grids of elements as Abaqus and CalculiX write them, and the problem of a file."""
 
 from __future__ import annotations
 
 import itertools
 
 import numpy as np
+
+from petcontact.convert.inp_problem import convert_inp
+from petcontact.model.case import parse_problem, parse_toml
 
 
 def grid(lower, upper, counts, first_node, first_element, kind, elset):
@@ -35,3 +38,12 @@ def sets(name, number, axis, at):
         f"*NSET, NSET={name}",
         *(", ".join(map(str, chosen[k : k + 8])) for k in range(0, len(chosen), 8)),
     ]
+
+
+def converted(folder, text):
+    """The problem of an input file, and what was not taken."""
+    (folder / "deck.inp").write_text(text)
+    found = convert_inp(folder / "deck.inp", "deck")
+    for name, mesh in found.meshes.items():
+        (folder / name).write_text(mesh)
+    return parse_problem(parse_toml(found.toml, "deck"), "deck", {}, folder), found.notes

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from inp_decks import grid, sets
+from inp_decks import converted, grid, sets
 
 from petcontact import load, solve
 from petcontact.commands.main import main
@@ -62,14 +62,6 @@ def stacked(d):
     return [*text, f"HEAD, {d}, {d}, {-DROP}", *LOADS.splitlines()]
 
 
-def converted(text, folder, capsys):
-    """The problem of an input file, and the lines that name what was not taken."""
-    folder.mkdir(exist_ok=True)
-    (folder / "part.inp").write_text("\n".join(text))
-    assert main(f"init {folder}/own --from {folder}/part.inp".split()) == 0
-    return load(folder / "own.toml"), capsys.readouterr().err.splitlines()
-
-
 @pytest.mark.parametrize("clockwise", [False, True])
 @pytest.mark.parametrize("d", [2, 3])
 def test_two_blocks_are_pressed_as_theory_says(d, clockwise, tmp_path, capsys):
@@ -82,7 +74,9 @@ def test_two_blocks_are_pressed_as_theory_says(d, clockwise, tmp_path, capsys):
             number, *nodes = text[k].split(", ")
             text[k] = ", ".join([number, *nodes[:4][::-1], *nodes[4:][::-1]])
         text = [line.replace("UNDER, S3", "UNDER, S1") for line in text]
-    problem, named = converted(text, tmp_path, capsys)
+    (tmp_path / "part.inp").write_text("\n".join(text))
+    assert main(f"init {tmp_path}/own --from {tmp_path}/part.inp".split()) == 0
+    problem, named = load(tmp_path / "own.toml"), capsys.readouterr().err.splitlines()
     lie = "8 elements (1, 2, ...) numbered clockwise, or inside out; taken as they lie"
     assert [lie in line for line in named] == [True] * clockwise + [False]
     assert "*DFLUX: not taken" in named[-1]
@@ -97,7 +91,7 @@ def test_two_blocks_are_pressed_as_theory_says(d, clockwise, tmp_path, capsys):
     assert np.allclose(solution.pairs["pair1"].pressure, stiff * DROP / 2.0, rtol=0.02)
 
 
-def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
+def test_pressure_weight_plane_stress_ties_and_steps(tmp_path):
     text = "\n".join(line for line in stacked(2) if not line.startswith("HEAD, 2"))
     pressed = "*DLOAD\nUPPER, GRAV, 9.81, 0., -1.\nLIFTED, P3, 2.0"
     lifted = "*ELSET, ELSET=LIFTED, GENERATE\n1002, 1008, 2\n*DENSITY\n7.8e-9\n"
@@ -110,7 +104,7 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
     ):
         text = text.replace(old, new)
     text += "\n*STEP\n*STATIC\n*DLOAD\nLIFTED, P3, 5.0\n*END STEP"
-    problem, _ = converted(text.splitlines(), tmp_path, capsys)
+    problem, _ = converted(tmp_path, text)
     pair, upper = problem.contact[0], problem.body[1]
     assert pair.normal == "bonded" and upper.material.plane == "stress"
     assert upper.material.density == 7.8e-9
@@ -124,14 +118,19 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
     assert forces[1] / forces[0] == pytest.approx(2.5, rel=0.01)
 
 
-def test_a_displacement_that_a_later_step_changes_is_that_of_the_deck_in_each(tmp_path, capsys):
+def test_a_displacement_that_a_later_step_changes_is_that_of_the_deck_in_each(tmp_path):
     """The deck of the manual: pressed by 0.005, and only then pushed by 0.001."""
     deck = Path(__file__).parents[2] / "configs/recipes/blocks.inp"
-    problem, _ = converted(deck.read_text().splitlines(), tmp_path, capsys)
+    problem, _ = converted(tmp_path, deck.read_text())
     (head,) = problem.body[1].boundary
     assert head.value == (0.0, -0.005)
     assert [step.name for step in problem.step] == ["press", "push"]
     assert [c.value for c in problem.step[1].boundary] == [(0.001, -0.005)]
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    return converted(tmp_path_factory.mktemp("plain"), "\n".join(stacked(2)))
 
 
 HIDDEN = "pressure on faces of 1 element (1001) that lie inside, are held or in contact; not taken"
@@ -172,24 +171,24 @@ LOST = "without a face that is neither held nor in contact; not taken"
         ("*MPC/BEAM, 1, 2", "*MPC: not taken"),
     ],
 )
-def test_what_is_not_taken_is_named_in_one_line(lines, named, tmp_path, capsys):
+def test_what_is_not_taken_is_named_in_one_line(lines, named, plain, tmp_path):
     """And the rest of the file is: the problem is that without these lines."""
-    text, more = stacked(2), lines.split("/")
-    plain, before = converted(text, tmp_path, capsys)
+    (problem, before), text, more = plain, stacked(2), lines.split("/")
     early = lines.startswith(("*NSET", "*SURFACE", "*ELEMENT"))
     place = text.index("*STEP, NAME=press") if early else len(text) - 1
-    problem, after = converted([*text[:place], *more, *text[place:]], tmp_path / "more", capsys)
+    found, after = converted(tmp_path, "\n".join([*text[:place], *more, *text[place:]]))
     assert len(after) == len(before) + 1 and any(line.endswith(named) for line in after), after
-    assert [body.boundary for body in problem.body] == [body.boundary for body in plain.body]
-    assert len(problem.contact) == 1
-    assert "# not taken: " in (tmp_path / "more" / "own.toml").read_text()
+    assert [body.boundary for body in found.body] == [body.boundary for body in problem.body]
+    assert len(found.contact) == 1
 
 
-def test_faces_of_one_pressure_at_the_end_keep_their_own_ways_there(tmp_path, capsys):
+def test_faces_of_one_pressure_at_the_end_keep_their_own_ways_there(tmp_path):
     text = [line for line in stacked(2) if not line.startswith(("HEAD, 2", "*DFLUX", "UPPER, BF"))]
     first = ["*DLOAD", "1002, P3, 1.0", "1004, P3, 3.0", "*END STEP"]
-    second = ["*STEP", "*STATIC", "*DLOAD", "1002, P3, 5.0", "1004, P3, 5.0", "*END STEP"]
-    problem, _ = converted([*text[:-1], *first, *second], tmp_path, capsys)
+    second = ["*STEP", "*STATIC", "*DSLOAD", "LID, P, 5.0", "*END STEP"]
+    place = text.index("*STEP, NAME=press")
+    text[place:place] = ["*SURFACE, NAME=LID", "1002, S3", "1004, S3"]
+    problem, _ = converted(tmp_path, "\n".join([*text[:-1], *first, *second]))
     pressed = [c for c in problem.body[1].boundary if c.condition == "traction"]
     assert sorted(c.pressure for c in pressed) == [1.0, 3.0]
     assert [change.pressure for change in problem.step[1].boundary] == [5.0, 5.0]

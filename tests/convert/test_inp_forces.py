@@ -5,13 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from inp_decks import grid, sets
+from inp_decks import converted, grid, sets
 
 from petcontact import solve
 from petcontact.convert.inp_forces import linear_traction
-from petcontact.convert.inp_problem import convert_inp
 from petcontact.errors import InputError
-from petcontact.model.case import parse_problem, parse_toml
 
 MATERIAL = """*MATERIAL, NAME=M
 *ELASTIC
@@ -29,15 +27,6 @@ def block(kind, *more, size=(1.0, 1.0), counts=(2, 2)):
     text += sets("FOOT", number, d - 1, 0) + sets("HEAD", number, d - 1, counts[-1])
     text += sets("LEFT", number, 0, 0) + sets("RIGHT", number, 0, counts[0])
     return "\n".join([*text, MATERIAL.strip(), *more])
-
-
-def converted(folder, text):
-    """The problem and the notes."""
-    (folder / "deck.inp").write_text(text)
-    found = convert_inp(folder / "deck.inp", "deck")
-    for name, mesh in found.meshes.items():
-        (folder / name).write_text(mesh)
-    return parse_problem(parse_toml(found.toml, "deck"), "deck", {}, folder), found.notes
 
 
 @pytest.mark.parametrize("d", [2, 3])

@@ -70,10 +70,21 @@ def test_uniform_stress_in_the_plane():
     assert np.abs(one.normal[:, 0]) == pytest.approx(1.0, abs=1e-5)
 
 
+def solved(size):
+    steps = {f"step.{k}.increments": 1 for k in (1, 2, 3)}
+    return solve(load(CONFIG, {"body.0.mesh.element_sizes.top": size, **steps}))
+
+
 @pytest.fixture(scope="module")
 def fretting():
-    steps = {f"step.{k}.increments": 1 for k in (1, 2, 3)}
-    return solve(load(CONFIG, {"body.0.mesh.element_sizes.top": 0.1, **steps}))
+    return solved(0.1)
+
+
+@pytest.fixture(scope="module")
+def coarse(tmp_path_factory):
+    path = tmp_path_factory.mktemp("fretting") / "f.h5"
+    solved(0.25).save(path)
+    return path
 
 
 @pytest.mark.slow
@@ -118,10 +129,9 @@ def test_fretting_is_worst_at_the_edge_on_the_surface(fretting):
     assert lower == pytest.approx(upper, rel=0.03)
 
 
-def test_the_command(fretting, tmp_path, capsys, monkeypatch):
-    fretting.save(tmp_path / "f.h5")
+def test_the_command(coarse, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    cycle = ["fatigue", "f.h5", "--first", "pull", "--last", "push again"]
+    cycle = ["fatigue", str(coarse), "--first", "pull", "--last", "push again"]
     words = "--parameter crossland --sensitivity 0.3 --limit 0.2 --body lower --depth 0.2"
     assert main([*cycle, *f"{words} -o out.csv --figure out.svg".split()]) == 0
     said = capsys.readouterr().out
@@ -162,9 +172,8 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
         (["-o", "out.txt"], "written as .csv"),
     ],
 )
-def test_mistakes_are_one_line(fretting, tmp_path, capsys, words, message):
-    fretting.save(tmp_path / "f.h5")
-    assert main(["fatigue", str(tmp_path / "f.h5"), *words]) == 2
+def test_mistakes_are_one_line(coarse, capsys, words, message):
+    assert main(["fatigue", str(coarse), *words]) == 2
     said = capsys.readouterr().err
     assert message in said and said.count("\n") == 1
 

@@ -75,7 +75,7 @@ def steps(tmp_path_factory):
     """Two blocks in four increments."""
     path = tmp_path_factory.mktemp("steps") / "f.h5"
     once = {f"step.{k}.increments": 1 for k in (1, 2, 3)}
-    coarse = {"body.0.mesh.element_sizes.top": 0.2, **once}
+    coarse = {"body.0.mesh.element_sizes.top": 0.4, **once}
     solution = solve(load(CONFIGS / "fretting.toml", coarse))
     solution.save(path)
     return solution, path
