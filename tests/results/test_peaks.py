@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from shapes import drawn, elastic, touching
+from shapes import drawn, elastic, moved, touching
 
 from petcontact import (
     Box,
@@ -81,32 +81,32 @@ def test_all_of_a_clamped_edge_in_space_is_left_out():
         assert z >= 0.0499 or min(x, 1.0 - x, y, 1.0 - y) >= 0.0499
 
 
+SIDES = ["bottom", "right", "top", "left"]
+
+
+def four_sided(corners):
+    return {"shape": "polygon", "vertices": np.asarray(corners).tolist(), "parts": SIDES}
+
+
 def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
     """A tilted block: along the normal of its side, which is not the nearest place. Corners of the
     other one that reach beyond the block press on nothing."""
-
-    def block(name, corners, part, value):
-        return {
+    upper = [[-1.0, 0.05], [1.0, 0.01], [1.0, 1.0], [-1.0, 1.0]]
+    lower = [[-1.5, -1.0], [1.5, -1.0], [1.5, 0.0], [-1.5, 0.0]]
+    bodies = [
+        {
             "name": name,
             "material": elastic(1.0, 0.3),
             "mesh": {"element_size": 0.5},
-            "boundary": [{"part": part, "condition": "displacement", "value": value}],
-            "geometry": {
-                "shape": "polygon",
-                "vertices": corners,
-                "parts": ["bottom", "right", "top", "left"],
-            },
+            "boundary": [moved(part, [0.0, lift])],
+            "geometry": four_sided(corners),
         }
-
-    upper = [[-1.0, 0.05], [1.0, 0.01], [1.0, 1.0], [-1.0, 1.0]]
-    lower = [[-1.5, -1.0], [1.5, -1.0], [1.5, 0.0], [-1.5, 0.0]]
-    data = {
-        "body": [
-            block("upper", upper, "top", [0.0, -0.05]),
-            block("lower", lower, "bottom", [0.0, 0.0]),
-        ],
-        "contact": [touching("pair", "upper.bottom", "lower.top")],
-    }
+        for name, corners, part, lift in (
+            ("upper", upper, "top", -0.05),
+            ("lower", lower, "bottom", 0.0),
+        )
+    ]
+    data = {"body": bodies, "contact": [touching("pair", "upper.bottom", "lower.top")]}
     solution = solve(parse(Problem, data, "tilted"))
     places = unbounded_places(solution, solution.last)
     under = [place.x for place in places["lower"] if "under" in place.sides]
@@ -120,30 +120,21 @@ def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
     way = np.radians(turned)
     turn = np.array([[np.cos(way), -np.sin(way)], [np.sin(way), np.cos(way)]])
     corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.8, 1.0], [0.0, 1.0]]) @ turn.T
-    held = {0.0: ["free", 0.0], 90.0: [0.0, "free"], 30.0: ["free", 0.0]}[turned]
-    names = ["bottom", "right", "top", "left"]
+    held = [0.0, "free"] if turned == 90.0 else ["free", 0.0]
+    loads = [drawn("top", [0.1, 0.1]), drawn("right", [0.0, 0.0])]
     data = {
         "material": elastic(1.0, 0.3),
         "mesh": {"element_size": 0.5},
-        "geometry": {"shape": "polygon", "vertices": corners.tolist(), "parts": names},
-        "boundary": [
-            {"part": "bottom", "condition": "displacement", "value": held},
-            drawn("top", [0.1, 0.1]),
-            {"part": "left", "condition": "displacement", "value": [0.0, 0.0]},
-            drawn("right", [0.0, 0.0]),
-        ],
+        "geometry": four_sided(corners),
+        "boundary": [moved("bottom", held), moved("left", [0.0, 0.0]), *loads],
     }
     problem = parse(Problem, data, "roller")
-    solution = solve(problem)
+    solution, outline = solve(problem), problem.boundaries[0]
     (places,) = unbounded_places(solution, solution.last).values()
-    there = [place.x for place in places]
-    outline = problem.body[0].geometry.outline()
+    exponents = corner_exponents(problem.body[0], outline)
     expected = [
-        side.start
-        for side, (least, _) in zip(
-            outline.sides, corner_exponents(problem.body[0], outline), strict=True
-        )
-        if least < 1.0
+        side.start for side, (least, _) in zip(outline.sides, exponents, strict=True) if least < 1.0
     ]
+    there = [place.x for place in places]
     assert expected
     assert sorted(map(tuple, np.round(there, 9))) == sorted(map(tuple, np.round(expected, 9)))
