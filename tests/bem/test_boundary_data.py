@@ -25,9 +25,8 @@ from petcontact.pipeline.pose.discretise import discretise
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))
 STEEL = Material(young_modulus=1.0, poisson_ratio=0.3)
-DOVETAIL = Polygon(
-    vertices=((0, 0), (4, 0), (3, 2), (1, 2)), parts=("bottom", "right", "top", "left")
-)
+NAMES = ("bottom", "right", "top", "left")
+DOVETAIL = Polygon(vertices=((0, 0), (4, 0), (3, 2), (1, 2)), parts=NAMES)
 
 
 def contact(part, g=1.0):

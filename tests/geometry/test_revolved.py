@@ -28,35 +28,21 @@ SHELL = [
     Side("inner", (0, -1), radius=-1.0),
     Side("axis", (0, -2)),
 ]
+ROD = [Side("b", (1, 0)), Side("s", (1, 2)), Side("t", (0, 2)), Side("axis", (0, 0))]
+TIP = [Side("b", (1, 0)), Side("s", (0, 2)), Side("axis", (0, 0))]
+HOLED = PI / 6 * (6 + 0.6 * PI) + 2 * (1 - 0.04 * PI), PI / 6 * 1.5 * (1 - 0.04 * PI)
+CONE = Revolved([TIP], centre=(1, 2, 3), axis=(1, 0, 0))
 CASES = {
     "ball": (Revolved([BALL]), 4 * PI, 4 * PI / 3),
-    "cylinder": (
-        Revolved(
-            [[Side("b", (1, 0)), Side("s", (1, 2)), Side("t", (0, 2)), Side("axis", (0, 0))]],
-            axis=(1, 1, 0),
-        ),
-        6 * PI,
-        2 * PI,
-    ),
-    "cone": (
-        Revolved(
-            [[Side("b", (1, 0)), Side("s", (0, 2)), Side("axis", (0, 0))]],
-            centre=(1, 2, 3),
-            axis=(1, 0, 0),
-        ),
-        PI * (1 + 5**0.5),
-        2 * PI / 3,
-    ),
+    "cylinder": (Revolved([ROD], axis=(1, 1, 0)), 6 * PI, 2 * PI),
+    "cone": (CONE, PI * (1 + 5**0.5), 2 * PI / 3),
     "torus": (Revolved([Circle("t", (2, 0), 1)]), 8 * PI**2, 4 * PI**2),
     "half torus": (Revolved([Circle("t", (2, 0), 1)], angle=180.0), 4 * PI**2 + 2 * PI, 2 * PI**2),
     "slice of a ball": (Revolved([BALL], angle=90.0), 2 * PI, PI / 3),
-    "ring with a hole": (
-        Revolved([RING, Circle("hole", (1.5, 0.5), 0.2)], angle=30.0),
-        PI / 6 * (6 + 0.6 * PI) + 2 * (1 - 0.04 * PI),
-        PI / 6 * 1.5 * (1 - 0.04 * PI),
-    ),
+    "ring with a hole": (Revolved([RING, Circle("hole", (1.5, 0.5), 0.2)], angle=30.0), *HOLED),
     "shell": (Revolved([SHELL]), 20 * PI, 28 * PI / 3),
 }
+"""Bodies, their areas and volumes."""
 
 
 def measures(body, size):
@@ -119,35 +105,28 @@ def test_surfaces_are_closed_outward_and_of_well_shaped_panels(name):
     assert max(batch.elements.distortion.max() for batch in mesh.batches()) < 2.0
 
 
+def corners(*ends):
+    """Sides with names of their own."""
+    return [Side(name, end) for name, end in zip("abc", ends, strict=True)]
+
+
+BENT = [Side("a", (2, 0)), Side("b", (2, 1), radius=0.1), Side("c", (1, 0))]
+NAMED = [Side("start", (2, 0)), Side("b", (2, 1)), Side("c", (1, 0))]
+
+
 @pytest.mark.parametrize(
-    ("loops", "angle", "line"),
+    ("loop", "angle", "line"),
     [
-        (
-            [[Side("a", (1, 0)), Side("b", (1, 1)), Side("c", (-1, 0))]],
-            360.0,
-            "passes the axis at .* = \\(-1, 0\\)",
-        ),
-        ([Circle("c", (1, 0), 2.0)], 360.0, "passes the axis"),
-        ([Circle("c", (1, 0), 1.0)], 360.0, "touches the axis in the point"),
-        (
-            [[Side("a", (1, 0)), Side("b", (1, 2)), Side("c", (0, 1))]],
-            90.0,
-            "touches the axis in the point .* = \\(0, 1\\)",
-        ),
-        (
-            [[Side("a", (2, 0)), Side("b", (2, 1), radius=0.1), Side("c", (1, 0))]],
-            360.0,
-            "half the distance",
-        ),
-        (
-            [[Side("start", (2, 0)), Side("b", (2, 1)), Side("c", (1, 0))]],
-            90.0,
-            "the part 'start' is a plane face",
-        ),
-        ([RING], 0.0, "angle: must be greater than 0"),
-        ([RING], 400.0, "angle: must be less than or equal to 360"),
+        (corners((1, 0), (1, 1), (-1, 0)), 360.0, "passes the axis at .* = \\(-1, 0\\)"),
+        (Circle("c", (1, 0), 2.0), 360.0, "passes the axis"),
+        (Circle("c", (1, 0), 1.0), 360.0, "touches the axis in the point"),
+        (corners((1, 0), (1, 2), (0, 1)), 90.0, "touches the axis in the point .* = \\(0, 1\\)"),
+        (BENT, 360.0, "half the distance"),
+        (NAMED, 90.0, "the part 'start' is a plane face"),
+        (RING, 0.0, "angle: must be greater than 0"),
+        (RING, 400.0, "angle: must be less than or equal to 360"),
     ],
 )
-def test_sections_that_make_no_body_are_refused(loops, angle, line):
+def test_sections_that_make_no_body_are_refused(loop, angle, line):
     with pytest.raises(InputError, match=line):
-        Revolved(loops, angle=angle).outline()
+        Revolved([loop], angle=angle).outline()

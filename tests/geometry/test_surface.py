@@ -84,26 +84,17 @@ def test_cells_of_second_order_are_kept_where_they_are_curved(kind: str) -> None
         key = tuple(np.round(place, 9))
         if key not in numbers:
             numbers[key] = len(points)
-            points.append(
-                place
-                + (0.1 * np.array([0.0, 0.0, 1.0]) if np.allclose(place, [0.5, 0.5, 1.0]) else 0.0)
-            )
+            bulge = 0.1 if np.allclose(place, [0.5, 0.5, 1.0]) else 0.0
+            points.append(place + np.array([0.0, 0.0, bulge]))
         return numbers[key]
 
     for face in faces:
-        middle = [
-            node(0.5 * (CUBE[a] + CUBE[b])) for a, b in zip(face, np.roll(face, -1), strict=True)
-        ]
-        cells.append(
-            [*face, *middle, *([node(CUBE[face].mean(axis=0))] if kind == "quad9" else [])]
-        )
+        sides = 0.5 * (CUBE[face] + CUBE[np.roll(face, -1)])
+        middle = [CUBE[face].mean(axis=0)] if kind == "quad9" else []
+        cells.append([*face, *(node(place) for place in [*sides, *middle])])
     tags = {"gmsh:physical": [np.ones(len(cells), dtype=int)]}
-    mesh = meshio.Mesh(
-        np.array(points),
-        [(kind, np.array(cells))],
-        cell_data=tags,
-        field_data={"skin": np.array([1, 2])},
-    )
+    names = {"skin": np.array([1, 2])}
+    mesh = meshio.Mesh(np.array(points), [(kind, cells)], cell_data=tags, field_data=names)
     assert is_surface(mesh)
     found = gmsh_surface(mesh, "cube.msh")
     assert found.parts == ("skin",)

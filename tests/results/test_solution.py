@@ -89,16 +89,12 @@ def test_reactions_balance_the_loads(solution):
 
 def test_datasets_say_what_they_are_and_in_which_unit(solution, tmp_path):
     units = Units(length="mm", stress="MPa")
-    replace(solution, problem=solution.problem.model_copy(update={"units": units})).save(
-        tmp_path / "r.h5"
-    )
+    problem = solution.problem.model_copy(update={"units": units})
+    replace(solution, problem=problem).save(tmp_path / "r.h5")
     solution.save(tmp_path / "plain.h5")
     with h5py.File(tmp_path / "r.h5") as file, h5py.File(tmp_path / "plain.h5") as plain:
-        datasets = [
-            file[group][name]
-            for group in ("boundary", "contact", "history")
-            for name in file[group]
-        ]
+        groups = "boundary", "contact", "history"
+        datasets = [data for group in groups for data in file[group].values()]
         assert len(datasets) > 20
         assert all(data.attrs["description"] and data.attrs["unit"] for data in datasets)
         assert file["contact/sigma_t"].attrs["unit"] == "MPa"
