@@ -29,28 +29,21 @@ NAMES = ("projection", "operator-robin", "semismooth-newton", "tao")
 def two_parts(mesh):
     """A hexagon that slides on two of its sides, which have friction bounds of their own, one of
     them in places zero."""
-    base = example(1)
-    return base.model_copy(
-        update={
-            "geometry": Polygon(
-                vertices=((0, 0), (4, 0), (6, 3), (4, 5), (0, 5), (-1, 3)),
-                parts=("bottom", "ramp", "pushed", "top", "left", "slope"),
-            ),
-            "mesh": mesh,
-            "boundary": (
-                Contact(part="bottom", friction_bound="60*(x > 1)"),
-                Contact(part="slope", friction_bound=30.0),
-                Displacement(part="top", value=(0.0, 0.0)),
-                Traction(part="ramp", value=(-200.0, 50.0)),
-                Traction(part="pushed", value=(0.0, 0.0)),
-                Traction(part="left", value=(0.0, 0.0)),
-            ),
-        }
+    names = ("bottom", "ramp", "pushed", "top", "left", "slope")
+    corners = ((0, 0), (4, 0), (6, 3), (4, 5), (0, 5), (-1, 3))
+    loads = {"ramp": (-200.0, 50.0), "pushed": (0.0, 0.0), "left": (0.0, 0.0)}
+    boundary = (
+        Contact(part="bottom", friction_bound="60*(x > 1)"),
+        Contact(part="slope", friction_bound=30.0),
+        Displacement(part="top", value=(0.0, 0.0)),
+        *(Traction(part=part, value=value) for part, value in loads.items()),
     )
+    shape = Polygon(vertices=corners, parts=names)
+    changes = {"geometry": shape, "mesh": mesh, "boundary": boundary}
+    return example(1).model_copy(update=changes)
 
 
 PROBLEMS = {
-    "example 1": example(1, mesh=MeshOptions(element_size=0.2)),
     "example 2": example(2, mesh=MeshOptions(element_size=0.2)),
     "two parts": two_parts(MeshOptions(element_size=0.2)),
     "two parts, order 2": two_parts(MeshOptions(element_size=0.5, order=2)),
@@ -76,13 +69,11 @@ def test_all_methods_find_one_solution(case, comm):
         states[name] = prepared.iterate(method)
         assert states[name].converged, (name, states[name].reason)
         assert len(states[name].history) >= 1
-    exact = states["semismooth-newton"]
-    weight = prepared.weight
+    exact, weight = states["semismooth-newton"], prepared.weight
     for name, state in states.items():
-        assert contact_norm(state.v - exact.v, weight) <= 1e-8 * contact_norm(exact.v, weight), name
-        assert contact_norm(state.sigma - exact.sigma, weight) <= 1e-8 * contact_norm(
-            exact.sigma, weight
-        ), name
+        for found, wanted in ((state.v, exact.v), (state.sigma, exact.sigma)):
+            off = contact_norm(found - wanted, weight)
+            assert off <= 1e-8 * contact_norm(wanted, weight), name
     prepared.close()
 
 

@@ -85,9 +85,7 @@ def test_a_start_without_tractions_says_by_its_overlaps_what_is_closed():
 @pytest.mark.parametrize(
     "mesh, most",
     [
-        (MeshOptions(element_size=0.1), 8),
         (MeshOptions(element_size=0.05), 8),
-        (MeshOptions(order=3), 7),
         (MeshOptions(order=5, levels=16, grading=0.3), 7),
     ],
 )

@@ -17,10 +17,8 @@ from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
 
 MESHES = {
-    "h=0.2": MeshOptions(element_size=0.2),
     "h=0.05": MeshOptions(element_size=0.05),
     "order 2": MeshOptions(element_size=0.4, order=2),
-    "graded": MeshOptions(order=3),
     "graded finely": MeshOptions(order=4, levels=16, grading=0.3),
 }
 
