@@ -6,17 +6,15 @@ from __future__ import annotations
 import itertools
 import math
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from contact_lines import line_of
 from examples import example
-from shapes import elastic, rectangle, touching
+from shapes import elastic, problem, rectangle, solid, touching
 
-from petcontact import MeshOptions, Polygon, Problem, adapt, solve
+from petcontact import MeshOptions, Polygon, adapt, solve
 from petcontact.mesh.hp_grading import Grading, graded_mesh
-from petcontact.model.base import parse
 from petcontact.pipeline.adapt.slip_ladder import (
     Slip,
     estimated_error,
@@ -167,23 +165,17 @@ def test_the_estimate_is_the_last_difference_and_claims_no_gain():
 def test_nothing_that_slips_needs_no_mesh_for_its_round_off(comm):
     # a ring under pressure on a rigid pin: u_t = 0; the signs of what meshes leave of it are no
     # zones to grade to
-    case = parse(
-        Problem,
-        {
-            "material": elastic(1000.0, 0.3),
-            "geometry": {
-                "shape": "outline",
-                "loops": [
-                    {"part": "outer", "center": [0.0, 0.0], "radius": 2.0},
-                    {"part": "hole", "center": [0.0, 0.0], "radius": 1.0},
-                ],
-            },
-            "boundary": [
-                {"part": "hole", "condition": "contact", "friction_bound": 1e-9},
-                {"part": "outer", "condition": "traction", "pressure": 1.0},
-            ],
-        },
-        "ring",
+    circles = [
+        {"part": part, "center": [0.0, 0.0], "radius": radius}
+        for part, radius in (("outer", 2.0), ("hole", 1.0))
+    ]
+    case = problem(
+        material=elastic(1000.0, 0.3),
+        geometry={"shape": "outline", "loops": circles},
+        boundary=[
+            {"part": "hole", "condition": "contact", "friction_bound": 1e-9},
+            {"part": "outer", "condition": "traction", "pressure": 1.0},
+        ],
     )
     solution = adapt(case, 1e-5, comm=comm)
     assert solution.converged and solution.mesh.n_nodes < 500
@@ -303,20 +295,6 @@ def test_default_mesh_has_its_accuracy_when_the_points_are_given(number, accurac
     assert np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) < accuracy * NORM[number]
 
 
-def test_a_monitor_that_says_stop_ends_the_climb(comm):
-    calls = []
-
-    def monitor(state):
-        calls.append(len(state.history))
-        return "enough" if calls.count(1) == 3 else None
-
-    solution = adapt(example(1, **NEWTON), 1e-6, comm=comm, monitor=monitor)
-    assert solution.status == "not converged"
-    assert solution.reason == "enough (on the mesh after the last)"
-    assert len(solution.accuracy.elements) == 2 and len(calls) > 2
-    assert solution.elastic_residual < 1e-10 and solution.accuracy.error > 1e-6
-
-
 # -- pressure and shear
 # ----------------------------------------------------------------------------------------------
 WIDTH, PLACE = 1e-4, 0.7312345
@@ -324,22 +302,13 @@ WIDTH, PLACE = 1e-4, 0.7312345
 
 def block(pressure, steps=()):
     """A block on a rigid floor, with friction, under a pressure."""
-    return parse(
-        Problem,
-        {
-            "body": [
-                {
-                    "name": "block",
-                    "material": elastic(100.0, 0.3),
-                    "geometry": rectangle([0.0, 0.0], [2.0, 1.0]),
-                    "boundary": [{"part": "top", "condition": "traction", "pressure": pressure}],
-                }
-            ],
-            "obstacle": [{"name": "floor"}],
-            "contact": [touching("sole", "block.bottom", "floor", friction_coefficient=0.3)],
-            "step": [*steps],
-        },
-        "block",
+    top = {"part": "top", "condition": "traction", "pressure": pressure}
+    shape, material = rectangle([0.0, 0.0], [2.0, 1.0]), elastic(100.0, 0.3)
+    return problem(
+        body=[solid("block", shape, top, material=material)],
+        obstacle=[{"name": "floor"}],
+        contact=[touching("sole", "block.bottom", "floor", friction_coefficient=0.3)],
+        step=[*steps],
     )
 
 
@@ -366,32 +335,3 @@ def test_specks_are_removed_and_zones_kept():
     element = np.repeat(np.arange(4), 3)
     sign = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1])
     assert without_specks(sign, element).tolist() == [1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1]
-
-
-def test_elements_at_corners_halve_where_the_mesh_before_is_as_fine_as_the_level(monkeypatch):
-    """Else the difference of two meshes says nothing of the forces on parts that meet there."""
-    data = {
-        "material": elastic(1.0, 0.3),
-        "geometry": rectangle([0.0, 0.0], [2.0, 1.0]),
-        "boundary": [
-            {"part": "bottom", "condition": "contact", "friction_bound": 0.002},
-            {"part": "top", "condition": "displacement", "value": [0.01, -0.01]},
-            {"part": "left", "condition": "traction", "value": [0.0, 0.0]},
-            {"part": "right", "condition": "traction", "value": [0.0, 0.0]},
-        ],
-    }
-    problem, slip, level = parse(Problem, data, "fine"), Slip(), REFINEMENT_LEVELS[1]
-    first = slip.refine(0, problem.body[0], problem.boundaries[0], level).mesh
-    slip.mark(adapt(problem, 1e-2), level)
-    (body,) = [value for value in vars(slip).values() if isinstance(value, GradedOutline)]
-    law = body.corner_size(body.exponents[0][0], level.resolved)
-    lengths = first.length.copy()
-    for before, now in ((0.3, 1.0), (0.8, 0.4), (1.5, 0.75), (3.0, 1.0)):
-        lengths[0] = before * law
-        other = SimpleNamespace(length=lengths)
-        sizes = body.halving(other, level.resolved).end_sizes(0, level.resolved)
-        assert sizes[0] == pytest.approx(now * law)
-    seen = []
-    monkeypatch.setattr(GradedOutline, "halving", lambda self, *given: seen.append(given) or self)
-    slip.refine(0, problem.body[0], problem.boundaries[0], level)
-    assert [given[1] for given in seen] == [level.resolved]

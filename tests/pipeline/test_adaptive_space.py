@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from marks import slow
 from prepared import compressed_from
-from shapes import cuboid, drawn, elastic, moved, problem, solid, touching
+from shapes import cuboid, elastic, moved, problem, solid, touching
 
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.panelling import box_mesh
@@ -207,23 +207,6 @@ def test_an_accuracy_beside_a_mesh_is_refused():
     with pytest.raises(InputError, match=r"mesh\.accuracy: is for adaptive meshes"):
         solve(parse(Problem, data, "hertz"))
     assert PanelTails(parse(Problem, hertz(), "hertz")).estimate == np.inf
-
-
-@pytest.mark.slow
-def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monkeypatch):
-    """A ball of steel on a plate: Hertz' circle is a thirtieth of its radius, an eighth of a panel
-    of the first mesh."""
-    monkeypatch.setattr(budget, "BUDGETS", {key: Budget(950, 1000.0) for key in (False, True)})
-    top = drawn("top", [0.0, 0.0, -1000.0 / (4.0 * np.pi * 10.0**2 / 6.0)])
-    sphere = {"shape": "sphere", "centre": [0.0, 0.0, 10.0], "radius": 10.0}
-    ball = solid("ball", sphere, top, material=elastic(210e3, 0.3))
-    contact = touching("pair", "ball.bottom", "floor", gap="z", direction=[0.0, 0.0, -1.0])
-    solution = solve(problem(body=[ball], obstacle=[{"name": "floor"}], contact=[contact]))
-    radius, pair = np.cbrt(0.75 * 1000.0 * 10.0 * (1.0 - 0.3**2) / 210e3), solution.pairs["pair"]
-    assert solution.converged and solution.accuracy.estimates[0] > 0.7
-    assert solution.accuracy.estimates[1] < 0.3
-    assert pair.pressure.max() == pytest.approx(1500.0 / (np.pi * radius**2), rel=0.03)
-    assert pair.weight[pair.pressure > 0.0].sum() == pytest.approx(np.pi * radius**2, rel=0.15)
 
 
 def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):

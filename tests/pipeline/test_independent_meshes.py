@@ -9,17 +9,12 @@ import facets
 import h5py
 import numpy as np
 import pytest
-from shapes import elastic, touching
+from shapes import cuboid, moved, problem, rectangle, solid, touching
 
-from petcontact import Problem, read_result, solve
-from petcontact.model.base import parse
+from petcontact import read_result, solve
 from petcontact.pipeline.pose import facing
-from petcontact.pipeline.pose.discretise import discretise
-from petcontact.pipeline.pose.facing import mismatch
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
-
-SOFT = elastic(1.0, 0.3)
 
 
 def pressed(p):
@@ -31,19 +26,12 @@ def held(*value):
 
 
 def body(name, file, order=1, **conditions):
-    return {
-        "name": name,
-        "material": SOFT,
-        "geometry": {"shape": "gmsh", "file": file},
-        "mesh": {"order": order},
-        "boundary": [{"part": part, **condition} for part, condition in conditions.items()],
-    }
+    boundary = [{"part": part, **condition} for part, condition in conditions.items()]
+    return solid(name, {"shape": "gmsh", "file": file}, *boundary, mesh={"order": order})
 
 
 def posed(bodies, *contacts):
-    return parse(
-        Problem, {"body": bodies, "contact": list(contacts), "bem": {"mat_type": "dense"}}, "test"
-    )
+    return problem(body=bodies, contact=list(contacts), bem={"mat_type": "dense"})
 
 
 def solved(bodies, *contacts):
@@ -85,50 +73,20 @@ def blocks(tmp_path, top=None, bottom=None, **upper):
     ]
 
 
-@pytest.mark.slow
-def test_bonded_cubes_under_an_even_pressure(tmp_path):
-    """Only the bond holds them: p is the pressure everywhere, on both sides, and nothing is left
-    over."""
-    contact = touching("bond", "upper.bottom", "lower.top", normal="bonded")
-    solution = solved(blocks(tmp_path), contact)
-    assert solution.last.pairs["bond"].pressure == pytest.approx(0.01, rel=1e-9)
-    assert balances(solution, contact) == pytest.approx([0.0, 0.0, 0.04], abs=1e-12)
-    assert on(solution, "lower.top")[1].sum(axis=0) == pytest.approx([0.0, 0.0, -0.04], abs=1e-12)
-    for name, mesh in solution.meshes.items():
-        assert np.abs(mesh.weight @ solution.last.bodies[name].traction).max() < 1e-12
-    assert any("the coarser side is the better secondary" in text for text in solution.warnings)
-    other = discretise(
-        posed(blocks(tmp_path), {**contact, "secondary": "lower.top", "primary": "upper.bottom"})
-    )
-    (told,) = mismatch(other.sides[0], other.facings[0])
-    assert "better" not in str(told) and "do not match" in str(told)
-
-
 @pytest.mark.parametrize(
     ("dim", "law"),
     [(2, {"normal": "bonded"}), (3, {"normal": "bilateral", "friction_bound": 0.02})],
 )
 def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
     """A block on a wider one, whose top is the secondary and is bare beside it, drawn along."""
-    shape, *keys = {2: ("rectangle", "lower_left", "upper_right"), 3: ("box", "lower", "upper")}[
-        dim
-    ]
-    flat, still = dim - 1, [0.0] * (dim - 1)
-    lower, upper = (
-        body(name, None, **{part: held(along, *still)})
-        | {
-            "geometry": {
-                "shape": shape,
-                keys[0]: [-half] * flat + [low],
-                keys[1]: [half] * flat + [high],
-            },
-            "mesh": {"element_size": 0.4, "order": 1},
-        }
-        for name, half, low, high, part, along in [
-            ("lower", 1.0, -0.5, 0.0, "bottom", 0.0),
-            ("upper", 0.5, 0.0, 0.5, "top", 1.0),
-        ]
-    )
+    flat, still, mesh = dim - 1, [0.0] * (dim - 1), {"element_size": 0.4, "order": 1}
+
+    def block(name, half, low, high, part, along):
+        shape = (rectangle, cuboid)[dim - 2]([-half] * flat + [low], [half] * flat + [high])
+        return solid(name, shape, moved(part, [along, *still]), mesh=mesh)
+
+    lower = block("lower", 1.0, -0.5, 0.0, "bottom", 0.0)
+    upper = block("upper", 0.5, 0.0, 0.5, "top", 1.0)
     contact = touching("bond", "lower.top", "upper.bottom", **law)
     solution = solved([lower, upper], contact)
     pair = solution.last.pairs["bond"]

@@ -3,6 +3,7 @@ and closed forms."""
 
 from __future__ import annotations
 
+import copy
 import tomllib
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from petcontact import (
     solve,
     write_solution,
 )
-from petcontact.model.base import parse
+from petcontact.model.case import parse_problem
 from petcontact.model.summary import condition_text
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
@@ -42,85 +43,40 @@ PUNCH = (
     + load_step("press")
     + load_step("push", punch={"displacement": [0.06, -0.15]})
 )
-BLOCK = """
-[[body]]
-name = "block"
-material = { young_modulus = 100.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [2, 1] }
-mesh = { levels = 9, order = 3 }
-[[body.boundary]]
-part = "top"
-condition = "traction"
-value = [0.0, -1.0]
-[[body.boundary]]
-part = "bottom"
-condition = "contact"
-normal = "unilateral"
-friction_coefficient = 0.3
-[[step]]
-name = "press"
-[[step]]
-name = "push"
-[[step.boundary]]
-part = "top"
-value = [0.25, -1.0]
-[[step]]
-name = "release"
-[[step.boundary]]
-part = "top"
-pressure = 1.0
-"""
+SIDES = [drawn(part, FIXED) for part in ("left", "right")]
+BLOCK = {
+    "material": elastic(100.0, 0.3),
+    "geometry": rectangle([0, 0], [2, 1]),
+    "mesh": {"levels": 9, "order": 3},
+    "boundary": [
+        drawn("top", [0.0, -1.0]),
+        {
+            "part": "bottom",
+            "condition": "contact",
+            "normal": "unilateral",
+            "friction_coefficient": 0.3,
+        },
+        *SIDES,
+    ],
+    "step": [
+        {"name": "press"},
+        {"name": "push", "boundary": [{"part": "top", "value": [0.25, -1.0]}]},
+        {"name": "release", "boundary": [{"part": "top", "pressure": 1.0}]},
+    ],
+}
 STACK = (
     block("block", [0, 0], [2, 1], 100.0, bottom=FIXED)
     + block("upper", [0, 1], [2, 2], 50.0, top=("traction", [0.0, -1.0]))
     + contact_pair("upper", "upper.bottom", "block.top", 0.3)
     + load_step("push")
 )
-DISC = """
-[[body]]
-name = "disc"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-mesh = { element_size = 0.03, order = 2, element_sizes = { left = 0.2, right = 0.2 } }
-[body.geometry]
-shape = "outline"
-loops = [[
-  { part = "left", to = [-0.7071067811865476, -0.7071067811865476], through = [-1.0, 0.0] },
-  { part = "bottom", to = [0.7071067811865476, -0.7071067811865476], through = [0.0, -1.0] },
-  { part = "right", to = [0.7071067811865476, 0.7071067811865476], through = [1.0, 0.0] },
-  { part = "top", to = [-0.7071067811865476, 0.7071067811865476], through = [0.0, 1.0] },
-]]
-[[obstacle]]
-name = "floor"
-[[obstacle]]
-name = "plate"
-displacement = ["free", "free"]
-force = [0.0, -0.05]
-[[contact]]
-name = "lower"
-secondary = "disc.bottom"
-primary = "floor"
-direction = [0.0, -1.0]
-gap = "1 - sqrt(1 - x**2)"
-friction_coefficient = 0.2
-[[contact]]
-name = "upper"
-secondary = "disc.top"
-primary = "plate"
-direction = [0.0, 1.0]
-gap = "1 - sqrt(1 - x**2)"
-friction_coefficient = 0.2
-"""
 
 
 def assembly(text, **changes):
-    data = tomllib.loads(text)
-    for key, value in changes.items():
-        *path, last = key.split("__")
-        here = data
-        for name in path:
-            here = here[int(name)] if name.isdigit() else here[name]
-        here[int(last) if last.isdigit() else last] = value
-    return parse(Problem, data, "test")
+    """The problem of a text or of tables, with changes; __ for a dot."""
+    data = tomllib.loads(text) if isinstance(text, str) else copy.deepcopy(text)
+    changes = {key.replace("__", "."): value for key, value in changes.items()}
+    return parse_problem(data, "test", changes, Path())
 
 
 def mean(solution, step, body, part):
@@ -165,13 +121,33 @@ def test_a_free_block_on_a_rough_floor():
     assert solution.converged and max(step.residuals["balance"] for step in solution.steps) < 1e-12
     wanted = [(0.0, -0.008675694), (0.009916782, -0.008677332), (0.000023606, -0.008677357)]
     for step, value in enumerate(wanted):
-        assert mean(solution, step, "block", "top") == pytest.approx(value, abs=3e-6)
-    assert solution.steps[1].pairs["block.bottom"].force == pytest.approx([-0.5, 2.0], rel=1e-12)
+        assert mean(solution, step, "body", "top") == pytest.approx(value, abs=3e-6)
+    assert solution.steps[1].pairs["bottom"].force == pytest.approx([-0.5, 2.0], rel=1e-12)
 
 
 def test_a_free_disc_between_rigid_plates():
     """A disc held by two contacts only, the upper plate free under its load: a prototype's values."""
-    solution = solve(assembly(DISC))
+    r = 0.5**0.5
+    loop = [
+        {"part": "left", "to": [-r, -r], "through": [-1.0, 0.0]},
+        {"part": "bottom", "to": [r, -r], "through": [0.0, -1.0]},
+        {"part": "right", "to": [r, r], "through": [1.0, 0.0]},
+        {"part": "top", "to": [-r, r], "through": [0.0, 1.0]},
+    ]
+    sizes = {"left": 0.2, "right": 0.2}
+    mesh = {"element_size": 0.03, "order": 2, "element_sizes": sizes}
+    law = {"gap": "1 - sqrt(1 - x**2)", "friction_coefficient": 0.2}
+    plate = {"name": "plate", "displacement": ["free", "free"], "force": [0.0, -0.05]}
+    solution = solve(
+        problem(
+            body=[solid("disc", {"shape": "outline", "loops": [loop]}, mesh=mesh)],
+            obstacle=[{"name": "floor"}, plate],
+            contact=[
+                touching("lower", "disc.bottom", "floor", direction=[0.0, -1.0], **law),
+                touching("upper", "disc.top", "plate", direction=[0.0, 1.0], **law),
+            ],
+        )
+    )
     assert solution.converged, solution.reason
     plate = solution.last.obstacles["plate"]
     assert plate.displacement == pytest.approx([0.0, -0.134400039], abs=1e-5)
@@ -216,11 +192,14 @@ def test_what_a_step_may_not_change_is_refused(text, key, changes, said):
 
 def test_tresca_friction_that_is_too_small_is_named():
     """A bound of 0.2 over a length of 2 holds less than a pull of 0.5, whatever the pressure."""
-    text = BLOCK.replace("friction_coefficient = 0.3", "friction_bound = 0.2").replace(
-        "levels = 9, order = 3", "element_size = 0.5"
-    )
-    solution = solve(assembly(text))
-    assert "body 'block' cannot be held: the load pushes it along +x" in solution.reason
+    bottom = {
+        "part": "bottom",
+        "condition": "contact",
+        "normal": "unilateral",
+        "friction_bound": 0.2,
+    }
+    block = assembly(BLOCK, mesh={"element_size": 0.5}, boundary__1=bottom)
+    assert "body 'body' cannot be held: the load pushes it along +x" in solve(block).reason
 
 
 CYCLE = PUNCH.replace('name = "push"', 'name = "push"\nincrements = 4')

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from examples import example
+from shapes import elastic, moved, problem, rectangle, solid, touching
 
-from petcontact import Bem, Contact, Displacement, MeshOptions, Method, Problem, Traction, solve
+from petcontact import Bem, Contact, Displacement, MeshOptions, Method, Traction, solve
 from petcontact.contact.friction_law import contact_norm
-from petcontact.model.base import parse
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
@@ -143,18 +143,15 @@ def test_a_rigid_displacement_swallows_no_error(shift, keys, comm):
 def test_a_body_that_is_held_all_around_has_a_solution(loads):
     """Where all sticks u is round-off, and no measure of the residuals of a body."""
     rim = {"part": "rim", "center": [0.0, 0.0], "radius": 1.0}
-    problem = parse(
-        Problem,
-        {
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5},
-            "mesh": {"element_size": 0.2},
-            "geometry": {"shape": "outline", "loops": [rim]},
+    solution = solve(
+        problem(
+            material={**elastic(1.0, 0.3), "thermal_expansion": 1e-5},
+            mesh={"element_size": 0.2},
+            geometry={"shape": "outline", "loops": [rim]},
+            boundary=[{"part": "rim", "condition": "contact", "friction_bound": 0.1}],
             **loads,
-            "boundary": [{"part": "rim", "condition": "contact", "friction_bound": 0.1}],
-        },
-        "disc",
+        )
     )
-    solution = solve(problem)
     assert solution.converged, solution.reason
     pair, wanted = solution.last.pairs["rim"], [0.0, 0.01 * ("point_force" in loads)]
     assert np.abs(solution.last.bodies["body"].u).max() < 1e-15
@@ -168,27 +165,15 @@ def test_a_block_that_is_raised_with_its_floor_is_pressed_alike():
     """Elements down to 1e-8 of the block: what it moves as a whole leaves no noise in p on them."""
 
     def pressure(height):
-        bottom = {
-            "secondary": "block.bottom",
-            "primary": "floor",
-            "gap": f"y - {height!r}",
-            "friction_coefficient": 0.3,
-        }
-        block = {
-            "name": "block",
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-            "mesh": {"order": 5, "element_size": 0.5, "levels": 8, "grading": 0.15},
-            "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.1, 1.0]},
-            "boundary": [
-                {"part": "top", "condition": "displacement", "value": [0.0, height - 1e-3]}
-            ],
-        }
-        data = {
-            "body": [block],
-            "obstacle": [{"name": "floor"}],
-            "contact": [{"name": "pair", **bottom}],
-        }
-        return solve(parse(Problem, data, "raised")).last.pairs["pair"].pressure
+        law = {"gap": f"y - {height!r}", "friction_coefficient": 0.3}
+        mesh = {"order": 5, "element_size": 0.5, "levels": 8, "grading": 0.15}
+        shape, top = rectangle([0.0, 0.0], [1.1, 1.0]), moved("top", [0.0, height - 1e-3])
+        raised = problem(
+            body=[solid("block", shape, top, mesh=mesh)],
+            obstacle=[{"name": "floor"}],
+            contact=[touching("pair", "block.bottom", "floor", **law)],
+        )
+        return solve(raised).last.pairs["pair"].pressure
 
     raised, still = pressure(0.5), pressure(0.0)
     assert np.abs(raised - still).max() < 1e-7 * still.mean()

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from marks import slow
 from shapes import cuboid, elastic, touching
 
 from petcontact import solve
@@ -50,11 +49,7 @@ def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("storage", "condition", "size"),
-    [
-        ("dense", "displacement", 2.0),
-        slow("hmatrix", "traction", 1.5),
-    ],
+    ("storage", "condition", "size"), [("dense", "displacement", 2.0), ("hmatrix", "traction", 1.5)]
 )
 def test_steps_of_nothing_and_back_to_nothing(storage, condition, size):
     """Round bodies that were pressed, let go, and left alone are as they were, and can be pressed

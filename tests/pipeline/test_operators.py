@@ -13,7 +13,6 @@ from marks import some
 import petcontact.pipeline.operators as module
 from petcontact import (
     Bem,
-    Box,
     Displacement,
     InputError,
     Material,
@@ -79,68 +78,37 @@ def test_a_solution_satisfies_the_operators(kind):
     found.close()
 
 
-def test_rows_of_h_sum_to_minus_a_half_and_s_is_that_of_the_body():
+def test_rows_of_h_sum_to_minus_a_half():
     """Rigid motions need no tractions."""
-    found = operators(load(CONFIGS / "example1.toml", {"mesh.element_size": 0.5}))
-    body = found.body
+    body = operators(load(CONFIGS / "example1.toml", {"mesh.element_size": 0.5})).body
     n = body.mesh.n_nodes
     for c in range(2):
         motion = np.tile(np.eye(2)[c], n)
         assert np.allclose(body.H @ motion, -0.5 * motion, atol=1e-12)
-    assert np.allclose(
-        np.sort(np.linalg.eigvals(found.S).real)[0], np.linalg.eigvals(found.S).real.min()
-    )
     assert body.petsc("G").getSize() == (2 * n, 2 * n)
     with pytest.raises(InputError, match="no operator 'K'; there are G, H, S"):
         body.petsc("K")
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-def test_elastostatics_without_contact(dim):
-    """A bar stretched by a traction at its end, and under its own weight: linear and quadratic
-    fields, exact at order 2."""
-    material = Material(100.0, 0.25, "stress", density=2.0)
-    if dim == 2:
-        shape, mesh = Rectangle((0, 0), (2, 1)), MeshOptions(0.5, order=2)
-        sides = [Traction("top", (0, 0)), Symmetry("bottom")]
-    else:
-        shape, mesh = Box((0, 0, 0), (2, 1, 1)), MeshOptions(0.5, order=2)
-        sides = [
-            Traction("top", (0, 0, 0)),
-            Symmetry("bottom"),
-            Traction("back", (0, 0, 0)),
-            Symmetry("front"),
-        ]
-    pull = (3.0, *[0.0] * (dim - 1))
+def test_elastostatics_without_contact():
+    """A bar under its own weight: quadratic fields, exact at order 2."""
     bar = Problem(
-        material=material,
-        geometry=shape,
-        mesh=mesh,
-        boundary=[Symmetry("left"), Traction("right", pull), *sides],
+        material=Material(100.0, 0.25, "stress", density=2.0),
+        geometry=Rectangle((0, 0), (2, 1)),
+        mesh=MeshOptions(0.5, order=2),
+        loads=VolumeLoads(acceleration=(5.0, 0.0)),
+        boundary=[
+            Displacement("left", ("-0.0125*y**2", "free")),
+            Traction("right", (0, 0)),
+            Traction("top", (0, 0)),
+            Symmetry("bottom"),
+        ],
     )
     body = operators(bar).body
-    u, t = body.solve()
-    inside = np.full((1, dim), 0.4)
-    state = body.state_at(inside, u, t)
-    stress = state.stress
-    assert np.allclose(state.u[0], [0.4 * 0.03, *[-0.4 * 0.25 * 0.03] * (dim - 1)], atol=1e-6)
-    assert np.allclose(stress[0], [3.0, *[0.0] * (len(stress[0]) - 1)], atol=1e-4)
+    state = body.state_at(np.full((1, 2), 0.4), *body.solve())
+    assert np.allclose(state.stress, [[2.0 * 5.0 * (2.0 - 0.4), 0.0, 0.0]], atol=1e-6)
     still, _ = body.solve(state=0)
     assert not still.any()
-    if dim == 2:
-        hung = bar.model_copy(
-            update={
-                "loads": VolumeLoads(acceleration=(5.0, 0.0)),
-                "boundary": (
-                    Displacement("left", ("-0.0125*y**2", "free")),
-                    Traction("right", (0, 0)),
-                    *sides,
-                ),
-            }
-        )
-        body = operators(hung).body
-        stress = body.state_at(inside, *body.solve()).stress
-        assert np.allclose(stress, [[2.0 * 5.0 * (2.0 - 0.4), 0.0, 0.0]], atol=1e-6)
 
 
 def test_what_cannot_be_is_refused():

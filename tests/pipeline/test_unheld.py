@@ -13,13 +13,12 @@ from petcontact.pipeline.steps.increment import HALVINGS, Increment
 
 def block(gap="y", **changes):
     """A block on a floor, held by contact only."""
-    body = {
-        "name": "block",
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5},
-        "geometry": rectangle([0.0, 0.0], [2.0, 1.0]),
+    usual = {
+        "material": {**elastic(1.0, 0.3), "thermal_expansion": 1e-5},
         "mesh": {"element_size": 0.25},
-        **changes,
     }
+    shape = changes.pop("geometry", rectangle([0.0, 0.0], [2.0, 1.0]))
+    body = solid("block", shape, **{**usual, **changes})
     contact = touching("pair", "block.bottom", "floor", gap=gap, friction_coefficient=0.3)
     return {"body": [body], "obstacle": [{"name": "floor"}], "contact": [contact]}
 
@@ -74,23 +73,15 @@ def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium
     sticks in place of sliding the pressures tilt, which adds more to the pull than the node holds:
     the bodies come to rest against it."""
     young, deep, pull = 30e9, 0.25, 1e-5
+    material = {**elastic(young, 0.15), "density": 2400.0, "thermal_expansion": 1e-5}
+    bottom = {"part": "bottom", "condition": "contact", "normal": "unilateral"}
     slab = {
-        "material": {
-            "young_modulus": young,
-            "poisson_ratio": 0.15,
-            "density": 2400.0,
-            "thermal_expansion": 1e-5,
-        },
+        "material": material,
         "geometry": rectangle([-2.3, 0.0], [2.3, deep]),
         "mesh": {"element_size": 0.05},
         "loads": {"acceleration": [pull, -9.81], "temperature": "15*(0.125 - y)/0.25"},
         "boundary": [
-            {
-                "part": "bottom",
-                "condition": "contact",
-                "normal": "unilateral",
-                "friction_coefficient": 0.5,
-            },
+            {**bottom, "friction_coefficient": 0.5},
             *(drawn(part, [0.0, 0.0]) for part in ("left", "right", "top")),
         ],
     }

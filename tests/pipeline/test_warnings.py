@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from curved_bodies import icosphere, written
-from shapes import elastic, moved, touching
+from shapes import elastic, moved, problem, solid, touching
 
 from petcontact import (
     Contact,
@@ -17,7 +17,6 @@ from petcontact import (
     adapt,
     solve,
 )
-from petcontact.model.base import parse
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -50,27 +49,11 @@ def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm
         if known
         else {"shape": "gmsh", "file": file}
     )
-    pressed = moved("top", [0, 0, -0.02])
-    problem = parse(
-        Problem,
-        {
-            "body": [
-                {
-                    "name": "ball",
-                    "material": elastic(1.0, 0.3),
-                    "geometry": geometry,
-                    "mesh": {"element_size": 0.5, "order": 1} if known else {"order": 1},
-                    "boundary": [pressed],
-                }
-            ],
-            "obstacle": [{"name": "floor"}],
-            "contact": [
-                touching("spot", "ball.bottom", "floor", gap="z + 1", direction=[0, 0, -1])
-            ],
-        },
-        "balls",
-    )
-    solution = adapt(problem, 0.7, comm=comm)
+    mesh = {"element_size": 0.5, "order": 1} if known else {"order": 1}
+    ball = solid("ball", geometry, moved("top", [0, 0, -0.02]), mesh=mesh)
+    spot = touching("spot", "ball.bottom", "floor", gap="z + 1", direction=[0, 0, -1])
+    balls = problem(body=[ball], obstacle=[{"name": "floor"}], contact=[spot])
+    solution = adapt(balls, 0.7, comm=comm)
     assert len(solution.accuracy.elements) > 1
     assert (
         any("miss its curved faces by about" in warning for warning in solution.warnings) != known
@@ -82,25 +65,19 @@ def test_a_disc_that_rolls_down_a_slope_is_not_held_by_the_arm_of_its_undeformed
     slope, held
 ):
     """Its contact would have to lie `slope` radii behind its middle, and is .06 wide."""
-    disc = {
-        "name": "disc",
-        "material": {"young_modulus": 4e4, "poisson_ratio": 0.3, "density": 1.0},
-        "loads": {"acceleration": [10.0 * slope, -10.0]},
-        "mesh": {"element_size": 0.02, "order": 1},
-        "geometry": {
-            "shape": "outline",
-            "loops": [
-                [
-                    {"part": "foot", "to": [0.2, 0.0202041], "through": [0.0, 0.0]},
-                    {"part": "rest", "to": [-0.2, 0.0202041], "through": [0.0, 2.0]},
-                ]
-            ],
-        },
-    }
-    contact = touching(
-        "pair", "disc.foot", "floor", direction=[0.0, -1.0], gap="y", friction_coefficient=0.5
+    foot = [
+        {"part": "foot", "to": [0.2, 0.0202041], "through": [0.0, 0.0]},
+        {"part": "rest", "to": [-0.2, 0.0202041], "through": [0.0, 2.0]},
+    ]
+    disc = solid(
+        "disc",
+        {"shape": "outline", "loops": [foot]},
+        material={**elastic(4e4, 0.3), "density": 1.0},
+        loads={"acceleration": [10.0 * slope, -10.0]},
+        mesh={"element_size": 0.02, "order": 1},
     )
-    data = {"body": [disc], "obstacle": [{"name": "floor"}], "contact": [contact]}
-    solution = solve(parse(Problem, data, "test"))
+    law = {"direction": [0.0, -1.0], "gap": "y", "friction_coefficient": 0.5}
+    pair = touching("pair", "disc.foot", "floor", **law)
+    solution = solve(problem(body=[disc], obstacle=[{"name": "floor"}], contact=[pair]))
     assert solution.converged == held, solution.reason
     assert ("widths of its contact" in solution.reason) != held

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shapes import drawn, elastic, moved, touching
+from shapes import cuboid, drawn, elastic, moved, rectangle, touching
 
 from petcontact import InputError, read_result, solve
 from petcontact.model.case import parse_problem
@@ -23,16 +23,8 @@ FRICTION, STROKE = 0.4, 100.0
 def parabola(size, order, wear, cycle, *, shear=None, width=1.4, **changes):
     """A rigid parabola on a block of 40 x 20 that hardly couples; it is moved to and fro by STROKE,
     or drawn by ± shear."""
-    vertices = [
-        [-20, -20],
-        [20, -20],
-        [20, 0],
-        [width, 0],
-        [0.6, 0],
-        [-0.6, 0],
-        [-width, 0],
-        [-20, 0],
-    ]
+    x = (20, width, 0.6, -0.6, -width, -20)
+    vertices = [[-20, -20], [20, -20], *([at, 0] for at in x)]
     parts = ["bottom", "right", "land", "contact", "contact", "contact", "land", "left"]
     forth = {"displacement": [STROKE, "free"]} if shear is None else {"force": [shear, -LOAD]}
     back = {"displacement": [0.0, "free"]} if shear is None else {"force": [-shear, -LOAD]}
@@ -95,37 +87,28 @@ def middle(solution):
 
 def confined(wear, cycles=20, dim=2, **changes):
     """A block between rollers under a flat pad that slides over it: p and slip are even."""
-    corners = ("lower_left", "upper_right") if dim == 2 else ("lower", "upper")
-    geometry = dict(zip(corners, ([0.0] * dim, [2.0, *[1.0] * (dim - 1)]), strict=True))
+    shape = (rectangle, cuboid)[dim - 2]([0.0] * dim, [2.0, *[1.0] * (dim - 1)])
     sides = ("left", "right") if dim == 2 else ("left", "right", "front", "back")
     rest = [0.0] * (dim - 2)
-    return parse_problem(
-        {
-            "material": elastic(1.0, 0.3),
-            "geometry": {"shape": "rectangle" if dim == 2 else "box", **geometry},
-            "mesh": {"element_size": 0.5 if dim == 2 else 1.0, "order": 2 if dim == 2 else 1},
-            "boundary": [{"part": part, "condition": "symmetry"} for part in ("bottom", *sides)],
-            "obstacle": [
-                {"name": "pad", "displacement": [0.0, *rest, "free"], "force": [0.0, *rest, -0.5]}
-            ],
-            "contact": [touching("c", "top", "pad", wear_coefficient=wear, wear_share=0.25)],
-            "step": [
-                {"name": "press"},
-                {
-                    "name": "push",
-                    "obstacle": [{"name": "pad", "displacement": [0.3, *rest, "free"]}],
-                },
-                {
-                    "name": "pull",
-                    "obstacle": [{"name": "pad", "displacement": [0.0, *rest, "free"]}],
-                },
-            ],
-            "cycle": {"first": "push", "last": "pull", "count": cycles},
-        },
-        "test",
-        changes,
-        Path(),
-    )
+
+    def pad(along, **more):
+        return {"name": "pad", "displacement": [along, *rest, "free"], **more}
+
+    tables = {
+        "material": elastic(1.0, 0.3),
+        "geometry": shape,
+        "mesh": {"element_size": 0.5 if dim == 2 else 1.0, "order": 2 if dim == 2 else 1},
+        "boundary": [{"part": part, "condition": "symmetry"} for part in ("bottom", *sides)],
+        "obstacle": [pad(0.0, force=[0.0, *rest, -0.5])],
+        "contact": [touching("c", "top", "pad", wear_coefficient=wear, wear_share=0.25)],
+        "step": [
+            {"name": "press"},
+            {"name": "push", "obstacle": [pad(0.3)]},
+            {"name": "pull", "obstacle": [pad(0.0)]},
+        ],
+        "cycle": {"first": "push", "last": "pull", "count": cycles},
+    }
+    return parse_problem(tables, "test", changes, Path())
 
 
 @pytest.mark.parametrize("dim", [2, 3])

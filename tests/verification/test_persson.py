@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import elastic, problem, solid, touching
 
-from petcontact import Problem, solve
-from petcontact.model.base import parse
+from petcontact import solve
 from petcontact.reference import persson
 
 E, NU = 100.0, 0.3
@@ -16,36 +16,17 @@ E, NU = 100.0, 0.3
 def pin(angle, **mesh):
     """A pin of radius 1 that a force 1 at its centre presses down, frictionless."""
     circle = {"center": [0.0, 0.0], "radius": 1.0}
-    material = {"young_modulus": E, "poisson_ratio": NU}
-    data = {
-        "body": [
-            {
-                "name": "pin",
-                "material": material,
-                "mesh": mesh,
-                "point_force": [{"at": [0.0, 0.0], "force": [0.0, -1.0]}],
-                "geometry": {"shape": "outline", "loops": [{"part": "rim", **circle}]},
-            },
-            {
-                "name": "plate",
-                "material": material,
-                "geometry": {
-                    "shape": "outline",
-                    "exterior": True,
-                    "loops": [{"part": "hole", **circle}],
-                },
-            },
+    rim = {"shape": "outline", "loops": [{"part": "rim", **circle}]}
+    hole = {"shape": "outline", "exterior": True, "loops": [{"part": "hole", **circle}]}
+    force, material = {"at": [0.0, 0.0], "force": [0.0, -1.0]}, elastic(E, NU)
+    gap = f"{persson.play(angle, E, NU)!r}*(1 + sin(atan2(y, x)))"
+    return problem(
+        body=[
+            solid("pin", rim, material=material, mesh=mesh, point_force=[force]),
+            solid("plate", hole, material=material),
         ],
-        "contact": [
-            {
-                "name": "fit",
-                "secondary": "pin.rim",
-                "primary": "plate.hole",
-                "gap": f"{persson.play(angle, E, NU)!r}*(1 + sin(atan2(y, x)))",
-            }
-        ],
-    }
-    return parse(Problem, data, "pin")
+        contact=[touching("fit", "pin.rim", "plate.hole", gap=gap)],
+    )
 
 
 def error(solution, angle):

@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 import scipy
 from curved_bodies import as_surface, icosphere, written
-from shapes import elastic, touching
+from shapes import elastic, problem, solid, touching
 
 import petcontact
-from petcontact import InputError, Problem, solve
+from petcontact import InputError, solve
 from petcontact.geometry.gmsh import read_msh
 from petcontact.geometry.gmsh_surface import gmsh_surface
 from petcontact.mesh.panelling import facet_mesh
-from petcontact.model.base import parse
 from petcontact.pipeline.adapt.fixed_mesh import with_estimate
 from petcontact.reference.lame import Sphere
 
@@ -43,23 +42,17 @@ def radial(sphere: Sphere) -> dict:
 
 def body(name: str, file: str, order: int = 2, **conditions: dict) -> dict:
     boundary = [{"part": part, **condition} for part, condition in conditions.items()]
-    return {
-        "name": name,
-        "material": MATERIAL,
-        "geometry": {"shape": "gmsh", "file": file},
-        "mesh": {"order": order},
-        "boundary": boundary,
-    }
+    return solid(name, {"shape": "gmsh", "file": file}, *boundary, mesh={"order": order})
 
 
 def hollow(file: Path, pieces: int) -> str:
     return written(file, {"inner": icosphere(pieces), "outer": 2.0 * icosphere(pieces)})
 
 
-def lame(tmp_path: Path, pieces: int, **bem: object) -> petcontact.Solution:
+def lame(tmp_path: Path, pieces: int) -> petcontact.Solution:
     """u given inside, nothing pulls outside."""
     shell = body("shell", hollow(tmp_path / "shell.msh", pieces), inner=radial(WHOLE), outer=OPEN)
-    return solve(parse(Problem, {"body": [shell], "bem": {"mat_type": "dense", **bem}}, "test"))
+    return solve(problem(body=[shell], bem={"mat_type": "dense"}))
 
 
 def errors(solution: petcontact.Solution) -> np.ndarray:
@@ -105,13 +98,8 @@ def test_shells_in_contact(tmp_path: Path, comm: Any, turn: float = 0.4) -> None
     file = written(tmp_path / "shell.msh", {"inner": 2.0 * turned, "outer": 3.0 * turned})
     shell = body("shell", file, outer=radial(both))
     contact = touching("fit", "core.outer", "shell.inner", friction_coefficient=0.3)
-    solution = solve(
-        parse(
-            Problem,
-            {"body": [core, shell], "contact": [contact], "bem": {"mat_type": "dense"}},
-            "test",
-        )
-    )
+    bem = {"mat_type": "dense"}
+    solution = solve(problem(body=[core, shell], contact=[contact], bem=bem))
     pair, exact = solution.pairs["fit"], -both.stress(np.array([2.0]))[0][0]
     error = np.sqrt(pair.weight @ (pair.pressure / exact - 1.0) ** 2 / pair.weight.sum())
     shear = np.sqrt(pair.weight @ np.sum(pair.sigma_t**2, axis=1) / pair.weight.sum()) / exact
@@ -130,7 +118,7 @@ def test_distorted_elements_are_named(tmp_path: Path) -> None:
     ball = body(
         "ball", file, 1, outer={"condition": "displacement", "value": [0.0, 0.0, 0.0]}, inner=OPEN
     )
-    solution = solve(parse(Problem, {"body": [ball], "bem": {"mat_type": "dense"}}, "test"))
+    solution = solve(problem(body=[ball], bem={"mat_type": "dense"}))
     told = [text for text in solution.warnings if "area factor" in text]
     assert len(told) == 1 and "body 'ball'" in told[0] and "in element" in told[0]
 
@@ -208,27 +196,15 @@ def test_stress_next_to_a_rim_is_that_on_the_boundary():
         for part, value in (("inner", 10.0), ("outer", 0.0))
     ]
     flat = [{"part": part, "condition": "symmetry"} for part in ("bottom", "top", "start", "end")]
-    loop = [
-        {"part": part, "to": to}
-        for part, to in (
-            ("bottom", [2.0, 0.0]),
-            ("outer", [2.0, 1.0]),
-            ("top", [1.0, 1.0]),
-            ("inner", [1.0, 0.0]),
-        )
-    ]
-    solution = solve(
-        parse(
-            Problem,
-            {
-                "material": elastic(1000.0, 0.3),
-                "mesh": {"element_size": 0.4},
-                "geometry": {"shape": "revolved", "angle": 90.0, "loops": [loop]},
-                "boundary": [*pressure, *flat],
-            },
-            "tube",
-        )
+    corners = {"bottom": [2.0, 0.0], "outer": [2.0, 1.0], "top": [1.0, 1.0], "inner": [1.0, 0.0]}
+    loop = [{"part": part, "to": to} for part, to in corners.items()]
+    tube = problem(
+        material=elastic(1000.0, 0.3),
+        mesh={"element_size": 0.4},
+        geometry={"shape": "revolved", "angle": 90.0, "loops": [loop]},
+        boundary=[*pressure, *flat],
     )
+    solution = solve(tube)
     for angle in (0.002, 0.02, 0.1):
         r = 1.0 + np.array([0.0, 1e-6, 2e-5, 1e-4, 5e-4, 3e-3])
         x = np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(len(r), 0.5)])
