@@ -83,21 +83,6 @@ def test_blocks_are_the_whole_matrix():
         assert np.allclose(beside, outer[np.ix_(pairs[0], slots)], atol=1e-14)
 
 
-def test_columns_against_residual():
-    """A_0 x - C σ - b is the residual of the fields that x and σ stand for."""
-    ops = operators(2)
-    everything = np.arange(ops.mesh.n_nodes)
-    rng = np.random.default_rng(2)
-    x = rng.standard_normal(2 * len(everything))
-    sigma = rng.standard_normal((len(ops.data.contact_nodes), 1))
-    u, traction = ops.split(x, END, sigma)
-    direct = ops.residual(everything, u, traction).ravel()
-    beside = ops.amplitudes @ END
-    beside[ops.of_contact] = sigma[:, 0] / ops.traction_scale
-    right = ops.outer_entries(everything, everything) @ beside
-    assert np.allclose(direct, ops.system_entries(everything, everything) @ x - right, atol=1e-12)
-
-
 def test_contact_columns_in_any_directions():
     """The normal traction looked for as well: two columns a contact node, along the axes, and the
     same residual."""

@@ -17,7 +17,6 @@ from petcontact.compliance.body.dense import DenseBody
 from petcontact.compliance.body.full import FullBody
 from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.contact.active_set.pivots import PATIENCE
-from petcontact.linalg.bordered import BorderedElimination, BorderedKrylov
 from petcontact.model.load_steps import Step
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline import eliminate
@@ -134,28 +133,3 @@ def test_newton_finds_its_sets_before_exchanges_may_cycle():
         whole = tuple(step.model_copy(update={"increments": 1}) for step in case.step)
         solution = solve(case.model_copy(update={"step": whole}))
         assert max(step.iterations for step in solution.steps) <= PATIENCE
-
-
-def test_bordered_systems():
-    rng = np.random.default_rng(3)
-    matrix = rng.standard_normal((12, 12)) + 8.0 * np.eye(12)
-    columns, rows = rng.standard_normal((2, 2, 6, 2))
-    rhs, work = rng.standard_normal((6, 2)), rng.standard_normal(2)
-    whole = np.block([[matrix, columns.reshape(2, 12).T], [rows.reshape(2, 12), np.zeros((2, 2))]])
-    exact = np.linalg.solve(whole, np.concatenate([rhs.ravel(), work]))
-
-    def product(x):
-        return (matrix @ x.ravel()).reshape(6, 2)
-
-    def inverse(x):
-        return np.linalg.solve(matrix, x.ravel()).reshape(6, 2)
-
-    y, c = BorderedElimination(inverse, columns, rows)(rhs, work)
-    assert np.allclose(np.concatenate([y.ravel(), c]), exact)
-    krylov = BorderedKrylov((6, 2), 3, "test_")
-    y, c = krylov.solve(product, lambda x: x / 8.0, columns, rows, rhs, work, 0.0, 1e-12)
-    krylov.close()
-    assert np.allclose(np.concatenate([y.ravel(), c]), exact, atol=1e-9)
-    assert np.abs(rows.reshape(2, 12) @ y.ravel() - work).max() < 1e-13
-    y, _ = BorderedElimination(lambda x: x / 8.0, columns, rows)(rhs, work)
-    assert np.abs(rows.reshape(2, 12) @ y.ravel() - work).max() < 1e-13

@@ -7,17 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from prepared import Posed
-from shapes import cuboid, drawn, elastic, moved, touching
 
-from petcontact import Problem
 from petcontact.compliance.half_space import HalfSpace
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
-from petcontact.model.base import parse
 from petcontact.model.case import load
-from petcontact.pipeline.run import prepare
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
@@ -83,38 +79,3 @@ def test_methods_on_disks(prepared) -> None:
     np.testing.assert_allclose(robin.v, plain.v, atol=1e-5 * np.abs(plain.v).max())
     if name != "space_bracket":
         assert len(predicted.history) <= 5 and len(robin.history) <= 20
-
-
-def stack() -> dict:
-    """Two blocks that only contact holds above a clamped face, pressed and then pushed, with
-    Coulomb friction."""
-    lower, upper = (
-        {
-            "name": name,
-            "material": elastic(e, 0.3),
-            "mesh": {"element_size": 0.5, "order": 1},
-            "geometry": cuboid([*low, height], [*high, height + 1.0]),
-            "boundary": [condition],
-        }
-        for name, e, low, high, height, condition in (
-            ("lower", 10.0, (-1.0, -1.0), (1.0, 1.0), 0.0, moved("bottom", [0.0, 0.0, 0.0])),
-            ("upper", 3.0, (-0.5, -0.5), (0.5, 0.5), 1.0, drawn("top", [0.0, 0.0, -0.1])),
-        )
-    )
-    push = {
-        "name": "push",
-        "boundary": [{"body": "upper", "part": "top", "value": [0.02, 0.0, -0.1]}],
-    }
-    contact = touching("joint", "upper.bottom", "lower.top", friction_coefficient=0.4)
-    return {"body": [lower, upper], "contact": [contact], "step": [{"name": "press"}, push]}
-
-
-def test_half_spaces_of_a_pair_are_near_its_compliance() -> None:
-    """T is nearly symmetric in the weights, and T⁻¹S has positive eigenvalues of moderate size."""
-    system = prepare(parse(Problem, stack(), "stack")).system
-    layer, weight = system.surrogate(), np.repeat(system.weight, 3)
-    weighted = weight[:, None] * layer.matrix()
-    assert np.abs(weighted - weighted.T).max() < 0.05 * np.abs(weighted).max()
-    ratio = np.linalg.eigvals(np.linalg.solve(layer.matrix(), system.operator.matrix())).real
-    assert ratio.min() > 0.1 and ratio.max() < 4.0
-    system.close()

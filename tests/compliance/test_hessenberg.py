@@ -9,9 +9,7 @@ from marks import slow
 from prepared import Posed
 
 from petcontact import MeshOptions
-from petcontact.compliance.contact_compliance import DenseCompliance
 from petcontact.compliance.hessenberg import HessenbergCompliance
-from petcontact.contact.system import Modes
 from petcontact.model.solver_options import Bem
 from petcontact.runtime.petsc import options
 
@@ -52,28 +50,6 @@ def test_robin_solves_are_those_of_the_system(number, mesh, comm):
             assert np.allclose(a, b, rtol=0, atol=1e-8 * np.abs(a).max())
         alone.close()
         together.close()
-
-
-def test_motions_and_several_rho_take_lus(comm):
-    """What the form does not solve is solved with S itself."""
-    rng, m, k = np.random.default_rng(4), 9, 2
-    root = rng.standard_normal((m * k, m * k))
-    matrix = root @ root.T / (m * k) + np.eye(m * k)
-    shared = HessenbergCompliance(DenseCompliance(matrix, comm, lambda: None), comm)
-    dense = DenseCompliance(matrix, comm, lambda: None)
-    modes = Modes(rng.standard_normal((m, k, 1)), rng.standard_normal((1, m, k)), np.ones(1))
-    r, none = rng.standard_normal((m, k)), np.zeros(0)
-    for rho, motions, work in (
-        (np.full((m, k), 3.0), None, none),
-        (rng.uniform(1.0, 9.0, (m, k)), None, none),
-        (np.full((m, k), 3.0), modes, np.array([0.7])),
-    ):
-        for ours, theirs in zip(
-            shared.robin(rho, r, motions, work), dense.robin(rho, r, motions, work), strict=True
-        ):
-            assert np.abs(ours - theirs).max() < 1e-11 * np.abs(theirs).max()
-    shared.close()
-    dense.close()
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,6 @@ from examples import example
 from prepared import Posed, filled
 
 from petcontact import MeshOptions, Method, SolverError
-from petcontact.compliance.contact_compliance import DenseCompliance, ProductCompliance
-from petcontact.contact.system import Modes
 from petcontact.runtime.petsc import options, petsc
 
 CASE = example(2, mesh=MeshOptions(element_size=0.5, order=1))
@@ -87,80 +85,3 @@ def test_lu_is_factored_again_only_when_rho_changes(comm):
 
     assert [factorisations(rho) for rho in (10.0, 10.0, 20.0, 20.0, 10.0)] == [1, 0, 1, 0, 1]
     posed.close()
-
-
-class Diagonal:
-    """T: the diagonal of S."""
-
-    def __init__(self, matrix):
-        self.entries = np.diag(matrix).copy()
-
-    def apply(self, x):
-        return (self.entries * x.ravel()).reshape(x.shape)
-
-    def solve(self, x, rho=None):
-        each = (
-            self.entries
-            if rho is None
-            else 1.0 + np.broadcast_to(rho, x.shape).ravel() * self.entries
-        )
-        return (x.ravel() / each).reshape(x.shape)
-
-
-def random_compliance(m, k, r):
-    """S far from symmetric, motions M, E, and right-hand sides."""
-    rng = np.random.default_rng(10 * m + r)
-    matrix = np.eye(m * k) + 0.3 * rng.standard_normal((m * k, m * k)) / np.sqrt(m * k)
-    modes = (
-        Modes(
-            rng.standard_normal((m, k, r)), rng.standard_normal((r, m, k)), rng.standard_normal(r)
-        )
-        if r
-        else None
-    )
-    return matrix, modes, rng.standard_normal((m, k)), rng.standard_normal(r)
-
-
-@pytest.mark.parametrize("k", [1, 2, 3])
-@pytest.mark.parametrize("motions", [0, 1, 3])
-def test_robin_problems_with_motions_against_a_dense_solve(k, motions, comm):
-    """(I + ρS) δσ + ρ M δα = r, E δσ = work, for one ρ and for one a component; and with S by its
-    products alone."""
-    m = 8
-    matrix, modes, r, work = random_compliance(m, k, motions)
-    layer = Diagonal(matrix)
-    dense = DenseCompliance(matrix, comm, lambda: layer)
-    free = ProductCompliance(
-        lambda x: (matrix @ x.ravel()).reshape(x.shape),
-        (m, k),
-        motions,
-        comm,
-        lambda: layer,
-        "a test",
-    )
-    each = np.broadcast_to(10.0 ** np.arange(k), (m, k))
-    for rho in (np.full((m, k), 0.7), np.full((m, k), 0.7), each, np.full((m, k), 1e3)):
-        moved, felt = np.zeros((m * k, 0)), np.zeros((0, m * k))
-        if modes is not None:
-            moved, felt = modes.motion.reshape(m * k, -1), modes.resultant.reshape(-1, m * k)
-        column = rho.reshape(-1, 1)
-        whole = np.block(
-            [
-                [np.eye(m * k) + column * matrix, column * moved],
-                [felt, np.zeros((motions, motions))],
-            ]
-        )
-        exact = np.linalg.solve(whole, np.concatenate([r.ravel(), work]))
-        sigma, alpha = exact[: m * k], exact[m * k :]
-        v = matrix @ sigma + moved @ alpha
-        found_v, found = dense.robin(rho, r, modes, work)
-        assert np.abs(found.ravel() - sigma).max() < 1e-10 * np.abs(sigma).max()
-        assert np.abs(found_v.ravel() - v).max() < 1e-10 * np.abs(v).max()
-        with options({"ksp_rtol": 1e-13}):
-            found_v, found = free.robin(rho, r, modes, work)
-        assert np.abs(found.ravel() - sigma).max() < 1e-7 * np.abs(sigma).max()
-        assert np.abs(felt @ found.ravel() - work).max(initial=0.0) < 1e-10 * np.abs(sigma).max()
-        assert np.abs(found_v.ravel() - v).max() < 1e-7 * np.abs(v).max()
-    assert np.allclose(free.matrix(), matrix, rtol=0, atol=1e-14)
-    free.close()
-    dense.close()

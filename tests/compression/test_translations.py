@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from hodlr_kernels import Mixed, Partial, circle, dense, polygon, together
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from petcontact.compression.hodlr import Stretch, compress, factor
-from petcontact.compression.hodlr.clusters import halved
-from petcontact.compression.hodlr.translations import Translations
 
 SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]])
 PER_SIDE, LEAF = 96, 8
@@ -99,27 +93,3 @@ def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
     exact = dense(beside)
     error = np.linalg.norm(other @ np.eye(exact.shape[1]) - exact, axis=1).max()
     assert error <= 5e-9 * np.linalg.norm(exact, axis=1).max()
-
-
-@settings(max_examples=10)
-@given(
-    st.integers(0, 3000),
-    st.integers(1, 4),
-    st.integers(0, 900),
-    st.integers(1, 900),
-    st.integers(8, 40),
-)
-def test_leaves_are_small_and_equal_on_a_stretch(start, period, before, count, leaf):
-    stop = start + before + period * count + 17
-    stretch = Stretch(start + before, start + before + period * count, period)
-    translations = Translations([stretch], np.zeros((stop, 2)))
-    bounds = translations.leaves(start, stop, leaf)
-    sizes = np.diff(bounds)
-    assert bounds[0] == start and bounds[-1] == stop and sizes.min() > 0 and sizes.max() <= leaf
-    keys = [translations.key(a, b) for a, b in itertools.pairwise(bounds.tolist())]
-    equal = leaf // period * period
-    if equal and period * count >= 6 * equal:
-        assert sum(key == (0, 0, equal) for key in keys) == period * count // equal
-    assert np.array_equal(
-        Translations([], np.zeros((stop, 2))).leaves(start, stop, leaf), halved(start, stop, leaf)
-    )

@@ -159,26 +159,3 @@ def test_excess_is_relative_to_the_bound_of_each_node(seed, k, size):
     assert bound_excess(law, sigma) == pytest.approx(1e-3, rel=1e-6)
     sigma[2] = [*[0.0] * (k - 1), 0.5 * size]
     assert bound_excess(law, sigma) == pytest.approx(0.5 * size / np.delete(pressure, 2).max())
-
-
-@pytest.mark.parametrize("k", [1, 2, 3])
-def test_all_at_once_is_one_after_another(k):
-    """Linearisations and residuals that a law makes at once are those of a subclass, of its
-    projection and derivative."""
-    rng, m = np.random.default_rng(k), 60
-    limits = (
-        rng.random(m),
-        rng.choice([0.0, 0.5, np.inf], m),
-        rng.random(m) < 0.7,
-        k,
-        rng.random(m) < 0.1,
-    )
-    kind, words = (Tresca, (limits[1],)) if k == 1 else (SignoriniCoulomb, limits)
-    law, own = kind(*words), type("Own", (kind,), {})(*words)
-    v, sigma, rho = rng.normal(size=(m, k)), rng.normal(size=(m, k)), rng.random(k)
-    np.testing.assert_allclose(
-        law_residual(law, v, sigma, rho), law_residual(own, v, sigma, rho), atol=1e-15
-    )
-    one, other = (Linearisation.from_law(each, v) for each in (law, own))
-    for name in ("tau", "constant", "derivative", "active", "stick", "states"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))

@@ -12,9 +12,7 @@ from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
 from petcontact import (
-    Body,
     Box,
-    Circle,
     Displacement,
     InputError,
     Material,
@@ -23,7 +21,6 @@ from petcontact import (
     PointForce,
     Problem,
     Rectangle,
-    SideBySide,
     Traction,
     solve,
 )
@@ -74,31 +71,6 @@ def test_points_outside_the_body_are_refused(point, message):
     mesh = meshed(element_size=0.4)
     with pytest.raises(InputError, match=message):
         field_at(mesh, *boundary_data(mesh), STEEL, np.array([point]))
-
-
-def test_infinite_plate_around_a_hole_under_pressure():
-    """Lamé: σ_rr = -p a²/r², u_r = p a²/(2µr); the hole lies outside."""
-    hole = SideBySide(loops=[Circle("hole", (0.0, 0.0), 2.0)], exterior=True)
-    plate = Problem(
-        body=[
-            Body("plate", STEEL, hole, MeshOptions(0.3, order=3), [Traction("hole", pressure=3.0)])
-        ]
-    )
-    solution = solve(plate)
-    r = 2.0 + np.array([0.001, 0.02, 0.3, 4.0, 50.0])
-    at = np.outer(r, [np.cos(0.7), np.sin(0.7)])
-    shear = STEEL.young_modulus / (2.0 + 2.0 * STEEL.poisson_ratio)
-    np.testing.assert_allclose(
-        np.sum(solution.at(at) * at, axis=1) / r, 3.0 * 4.0 / (2.0 * shear * r), rtol=1e-5
-    )
-    state = solution.state_at(at)
-    np.testing.assert_allclose(
-        state.principal[:, [0, 2]] * r[:, None] ** 2, [[12.0, -12.0]] * 5, rtol=1e-4
-    )
-    with pytest.raises(
-        InputError, match=r"\(0.1, 0\) does not lie inside the body \(1 of 2 do not\)"
-    ):
-        solution.at([[0.1, 0.0], [3.0, 0.0]])
 
 
 @pytest.mark.parametrize("space", [False, True])

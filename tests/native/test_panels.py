@@ -12,8 +12,6 @@ from prepared import operators
 from petcontact.bem import kernels as bem_kernels
 from petcontact.bem.column_fillers import CompiledFiller, PlainFiller
 from petcontact.bem.kelvin3d.integrals import integrals
-from petcontact.mesh.curved.panels import make_curved_panels
-from petcontact.mesh.pairs.panel_faces import PanelFaces
 from petcontact.mesh.panels import make_panels
 from petcontact.model.case import load
 
@@ -98,42 +96,3 @@ def test_columns_are_what_the_integrals_make(
         assert np.array_equal(
             quick.outer_entries(rows, columns), quick.all_entries(rows, columns)[1]
         )
-
-
-@pytest.mark.parametrize("corners", [3, 4])
-def test_lines_meet_curved_panels_from_outside_only(corners: int) -> None:
-    """Lines that end on a cap meet it there, and turned round not at all; what lines of any direction
-    are said to meet they do."""
-    random, n = np.random.default_rng(corners), 400
-    reference = np.array(
-        [(-1, -1), (1, -1), (1, 1), (-1, 1)] if corners == 4 else [(0, 0), (1, 0), (0, 1)],
-        dtype=float,
-    )
-    middles = 0.5 * (reference + np.roll(reference, -1, axis=0))
-    points = np.concatenate(
-        [reference, middles, *([reference.mean(axis=0, keepdims=True)] if corners == 4 else [])]
-    )
-    caps = np.column_stack([points, 1.0 - 0.3 * np.sum(points**2, axis=1)]) + 0.03 * random.normal(
-        size=(8, len(points), 3)
-    )
-    curved = make_curved_panels(caps, 1, np.arange(8))[0]
-    faces, number = PanelFaces.from_groups([curved], np.arange(8)), random.integers(0, 8, n)
-    share = random.random((n, 2)) * (1.0 if corners == 4 else [1.0, 0.5])
-    place = faces.spread(number, share)
-    y, normal = faces.at(number, place)
-    way = -normal + 0.3 * random.uniform(-1.0, 1.0, (n, 3))
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    away = random.uniform(0.1, 0.5, n)
-    x = y - away[:, None] * way
-    found, distance = faces._pierced(number, x, way)
-    assert np.allclose(found, place, rtol=0.0, atol=1e-11)
-    assert np.allclose(distance, away, rtol=0.0, atol=1e-11)
-    assert np.isinf(faces._pierced(number, x, -way)[1]).all()
-    x, way = random.uniform(-1.2, 1.2, (n, 3)), random.normal(size=(n, 3))
-    way /= np.linalg.norm(way, axis=1, keepdims=True)
-    found, distance = faces._pierced(number, x, way)
-    met = np.isfinite(distance)
-    assert 0.1 < met.mean() < 0.8 and np.array_equal(met, np.isfinite(found).all(axis=1))
-    y, normal = faces.at(number[met], found[met])
-    assert np.allclose(y, x[met] + distance[met, None] * way[met], rtol=0.0, atol=1e-8)
-    assert np.all(np.sum(normal * way[met], axis=1) < 0.0)

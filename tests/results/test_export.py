@@ -4,7 +4,6 @@ drawings."""
 from __future__ import annotations
 
 import csv
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,11 +11,12 @@ import h5py
 import numpy as np
 import pytest
 from PIL import Image
+from problems import block, contact_pair, obstacle, posed
 
 from petcontact import solve
 from petcontact.commands.main import main
 from petcontact.model.bodies import Units
-from petcontact.model.case import load, parse_problem
+from petcontact.model.case import load
 from petcontact.results.figures.view import view_of
 from petcontact.results.records import BodyResult
 from petcontact.results.tables import write_tables
@@ -24,42 +24,25 @@ from petcontact.results.tables import write_tables
 pytestmark = pytest.mark.usefixtures("unsampled")
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-STEPPED = """
-[[body]]
-name = "block"
-material = { young_modulus = 100.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [0.0, 0.0], upper_right = [2.0, 1.0] }
-mesh = { element_size = 0.25, order = 1 }
-[[obstacle]]
-name = "plate"
-force = [0.5, -1.0]
-displacement = ["free", "free"]
-[[contact]]
-name = "top"
-secondary = "block.top"
-primary = "plate"
-friction_coefficient = 0.8
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
+MESH = "element_size = 0.25, order = 1"
+STEP = """
 [[step]]
-name = "press"
+name = "{}"
+{}
 [[step.obstacle]]
 name = "plate"
-force = [0.0, -1.0]
-[[step]]
-name = "push"
-increments = 2
-[[step.obstacle]]
-name = "plate"
-force = [0.5, -1.0]
+force = [{}, -1.0]
 """
+STEPPED = block("block", [0.0, 0.0], [2.0, 1.0], 100.0, mesh=MESH, bottom=[0.0, 0.0])
+STEPPED += obstacle("plate", ["free", "free"], "force = [0.5, -1.0]")
+STEPPED += contact_pair("top", "block.top", "plate", 0.8)
+STEPPED += STEP.format("press", "", 0.0) + STEP.format("push", "increments = 2", 0.5)
+"""A block on which a rigid plate is pressed, then pushed, by its force."""
 
 
 @pytest.fixture(scope="module")
 def plane(tmp_path_factory):
-    solution = solve(parse_problem(tomllib.loads(STEPPED), "stepped", {}, Path()))
+    solution = solve(posed(STEPPED))
     assert solution.converged, solution.reason
     return solution, _saved(solution, tmp_path_factory)
 

@@ -157,19 +157,9 @@ def test_a_browser_draws_the_bodies_and_turns_them(solution, tmp_path):
         .replace("</body>", TRIED)
     )
     page.write_text(text)
-    flags = [
-        "--headless",
-        "--no-sandbox",
-        "--disable-quic",
-        "--no-first-run",
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--use-gl=angle",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        "--dump-dom",
-    ]
-    words = [CHROMIUM, *flags, f"--user-data-dir={tmp_path / 'profile'}", page.as_uri()]
+    flags = """--headless --no-sandbox --disable-quic --no-first-run
+        --disable-background-networking --disable-component-update --disable-sync
+        --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --dump-dom"""
+    words = [CHROMIUM, *flags.split(), f"--user-data-dir={tmp_path / 'profile'}", page.as_uri()]
     done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
     assert 'data-found="0 true true true"' in done.stdout, done.stderr[-2000:]

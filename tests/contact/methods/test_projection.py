@@ -103,13 +103,6 @@ def test_criteria(posed, stop):
     assert np.abs(state.v - exact.v).max() < 1e-3 * np.abs(exact.v).max()
 
 
-def test_max_iterations_keeps_the_last_iterate():
-    solution = solve(example(1, mesh=COARSE, max_iterations=5))
-    assert solution.status == "not converged" and solution.iterations == 5
-    assert np.abs(solution.contact.u_t).max() > 0.0
-    assert "max_iterations = 5" in solution.reason
-
-
 def test_frictionless_start_and_start_from_a_result_file(tmp_path):
     from petcontact import write_solution
 
