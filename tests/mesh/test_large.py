@@ -43,6 +43,13 @@ def test_a_polygon_of_a_thousand_sides_is_meshed_soon():
     assert 10_000 < mesh_of(case.body[0], case.outline()).n_nodes < 20_000
 
 
+@pytest.mark.slow
+def test_too_many_graded_sides_are_refused_before_the_work():
+    case, line = many_sided(100_000), r"^mesh: 100000 graded sides give more than 1e\+06 nodes"
+    with pytest.raises(InputError, match=line):
+        mesh_of(case.body[0], case.outline())
+
+
 def test_dense_operators_that_do_not_fit_the_machine_are_refused(monkeypatch, comm):
     monkeypatch.setattr(choice, "physical_memory", lambda: 1e6)
     case = many_sided(300, element_size=1.0)

@@ -1,15 +1,18 @@
-"""Starting PETSc: what Open MPI need not do for ranks of one machine, and nothing left behind for
-children."""
+"""Starting the program and PETSc: what Open MPI need not do for ranks of one machine, nothing left
+behind for children, BLAS threads, too little memory, and signals that come at a bad time."""
 
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from petcontact.runtime.petsc import _local
+from petcontact.runtime.threads import VARIABLES
 
 PROGRAM = """
 import os, subprocess
@@ -66,3 +69,94 @@ def test_networks_are_left_out_where_all_ranks_are_on_one_machine(monkeypatch, h
         assert dict(os.environ).get("OMPI_MCA_pml") == wanted
         assert "OMPI_MCA_ess_singleton_isolated" not in os.environ
     assert dict(os.environ) == before
+
+
+IMPORT = """
+import os
+import petcontact
+from petcontact import Method
+assert "OPENBLAS_NUM_THREADS" not in os.environ
+"""
+FIRST = "import petcontact\n"
+NUMPY = "import numpy\n"
+TOLD = """
+import os, threadpoolctl
+petcontact.initialise()
+import numpy
+pools = [pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"]
+assert pools and max(pools) == 1 and os.environ["OPENBLAS_NUM_THREADS"] == "1", pools
+assert os.environ["OPENBLAS_THREAD_TIMEOUT"] == "4"
+"""
+ASKED = """
+import os
+petcontact.initialise()
+assert os.environ["OPENBLAS_NUM_THREADS"] == "2" and os.environ["OMP_NUM_THREADS"] == "1"
+"""
+
+
+# a launcher that announces more ranks than there are cores: one thread for each
+@pytest.mark.parametrize(
+    ("program", "given"),
+    [
+        (IMPORT, {}),
+        (FIRST + TOLD, {}),
+        (NUMPY + FIRST + TOLD, {}),
+        (FIRST + ASKED, {"OPENBLAS_NUM_THREADS": "2"}),
+    ],
+)
+def test_threads(program, given):
+    environment = {key: value for key, value in os.environ.items() if key not in VARIABLES}
+    environment |= {"MPI_LOCALNRANKS": "512", **given}
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+SIGNALLED = """
+import os, signal
+from petcontact.runtime import signals
+
+class Collected:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        for _ in range(10): pass  # where the handler runs
+
+signals.install()
+Collected()
+try:
+    with signals.deferred():
+        print("works on")
+except signals.Interrupted as interrupted:
+    print(interrupted)
+"""
+
+
+def test_a_signal_while_rubbish_is_collected_is_not_lost():
+    done = subprocess.run(
+        [sys.executable, "-c", SIGNALLED], capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0 and done.stderr == ""
+    assert done.stdout.splitlines() == ["works on", "SIGTERM; nothing was written"]
+
+
+CONFIG = Path(__file__).parents[2] / "configs/example1.toml"
+
+
+@pytest.mark.parametrize("megabytes", [100, 250, 400])
+def test_a_limit_that_the_libraries_exceed(megabytes, tmp_path):
+    limit = megabytes * 2**20
+    done = subprocess.run(
+        [sys.executable, "-m", "petcontact", "solve", str(CONFIG), "--no-figures"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "out of memory" in done.stderr and done.stderr.count("\n") == 1, done.stderr

@@ -1,4 +1,4 @@
-"""Joints of facing parts that agree."""
+"""Joints of facing parts that agree, and curves that are looked at where they are many."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from petcontact import Problem
+from petcontact.mesh.pairs import curves
+from petcontact.mesh.pairs.curves import Curves
 from petcontact.model.base import parse
 from petcontact.pipeline.judge.thickness import slenderness
 from petcontact.pipeline.pose.discretise import discretise
@@ -41,3 +43,16 @@ def test_a_thin_ring_keeps_elements_that_bend_whichever_side_is_collocated(thin)
         np.sort(mesh.corners[mesh.part == part][:, 0, 0]) for mesh, part in ((ring, 1), (core, 0))
     ]
     assert on[0] == pytest.approx(on[1], abs=1e-12)
+
+
+@pytest.mark.parametrize("count", [600, 2400])
+def test_few_curves_are_looked_at_where_they_are_many(count):
+    """Rays between two straight parts of equal elements: some hundred curves for each 64 points,
+    however many there are."""
+    ends = np.column_stack([np.linspace(0.0, 1.0, count + 1), np.zeros(count + 1)])
+    part = Curves(ends[:-1], ends[1:], np.zeros(count))
+    looked_at = []
+    x = np.column_stack([np.linspace(0.0, 1.0, count), np.full(count, 0.1)])
+    for _, number, _, _ in part._met(curves._crossings, x, np.tile([0.0, -1.0], (count, 1))):
+        looked_at.append(len(number))
+    assert max(looked_at) < 200
