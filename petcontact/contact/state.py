@@ -89,6 +89,8 @@ class ContactState:
         Step and load factor, in a problem with steps.
     direct : bool
         Whether iterations on S failed, so that a dense S was used.
+    unheld : bool
+        Whether it ended because the loads move a body and nothing stops it.
     """
 
     v: Array
@@ -103,6 +105,7 @@ class ContactState:
     alpha: Array = field(default_factory=lambda: np.zeros(0))
     where: str = ""
     direct: bool = False
+    unheld: bool = False
 
     @property
     def states(self) -> States:

@@ -68,6 +68,31 @@ def test_an_increment_that_failed_is_not_solved_again_to_be_told(monkeypatch):
     assert len(tried) == len(set(tried)) == 1 + HALVINGS
 
 
+def test_the_largest_load_is_approached_from_below(monkeypatch):
+    """Forces on a tool that is pressed by a given displacement slide it beyond µN. Each load at
+    which nothing stops it is tried once, and none beyond it."""
+    ends, solver = [], Increment.solved
+
+    def noted(self, monitor=None):
+        outcome = solver(self, monitor)
+        ends.append((self.target, outcome.converged))
+        return outcome
+
+    monkeypatch.setattr(Increment, "solved", noted)
+    tool = {"name": "floor", "displacement": [0.0, 0.01]}
+    push = {"name": "floor", "displacement": ["free", 0.01], "force": [0.01, 0.0]}
+    steps = [{"name": "press"}, {"name": "push", "increments": "auto", "obstacle": [push]}]
+    held = {"part": "top", "condition": "displacement", "value": [0.0, 0.0]}
+    coarse = block(boundary=[held], mesh={"element_size": 1.0}) | {"obstacle": [tool]}
+    solution = solved(coarse, step=steps)
+    assert not solution.converged
+    last = solution.steps[-1]
+    assert last.pairs["pair"].force[0] / last.pairs["pair"].force[1] == pytest.approx(0.3, rel=0.01)
+    failed = [end for end, converged in ends if not converged]
+    assert failed == sorted(failed, reverse=True)
+    assert len(failed) <= HALVINGS
+
+
 def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium(unestimated):
     """All of its narrow contact slides outwards and balances but for a little pull. Where one node
     sticks in place of sliding the pressures tilt, which adds more to the pull than the node holds:

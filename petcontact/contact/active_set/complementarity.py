@@ -10,12 +10,14 @@ S is positive definite in the inner product of the weights. The matrix is theref
 every μ >= 0, and Lemke's pivots end in a solution (D. Stewart and J. Trinkle, Int. J. Numer.
 Methods Eng. 39 (1996) 2673-2691; A. Klarbring and J.-S. Pang, SIAM J. Optim. 8 (1998) 595-613).
 Soft springs hold rigid motions that only contact holds. The springs are moved after the bodies
-until Newton's method needs no springs. In the plane the polygon is the cone itself.
+until Newton's method needs no springs. Springs that carry as much as before they were moved show
+that nothing else carries it. In the plane the polygon is the cone itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -55,15 +57,17 @@ def complementary_guesses(
     if not pairs.fits or (system.matrix_free and system.u_0.size > LARGEST):
         return
     root = np.sqrt(np.repeat(system.weight, law.k))
-    whole, v_0, springs, load = _sprung(system, root)
+    sprung = _sprung(system, root)
     # the springs are moved after the bodies four times
-    for _ in range(1 if others or system.modes is None else 4):
+    for _ in range(4):
         while True:
-            solution = pairs.solution(whole + springs, v_0 + load, root)
+            solution = pairs.solution(sprung.whole + sprung.springs, sprung.v_0 + sprung.load, root)
             if solution is None:
                 return
             y, slips = solution
-            v = ((v_0 + load + (whole + springs) @ y) / root).reshape(system.u_0.shape)
+            v = ((sprung.v_0 + sprung.whole @ y + sprung.displacement(y)) / root).reshape(
+                system.u_0.shape
+            )
             over = pairs.present & ~near & (v[:, -1] > 0.0)
             if others or not over.any():
                 break
@@ -72,15 +76,49 @@ def complementary_guesses(
         sigma = (y / root).reshape(v.shape)
         tau = pairs.tau(sigma, v, slips)
         yield np.where(near[:, None], tau, others[0].tau) if others else tau, sigma, v
-        v_0 = v_0 + load + springs @ y
+        if others or system.modes is None or not sprung.follow(y):
+            return
 
 
-def _sprung(system: ContactSystem, root: Array) -> tuple[Array, Array, Array, Array]:
-    """Return weighted S and u_0, and the displacement of the springs by tractions and by loads."""
+@dataclass
+class _Sprung:
+    """A system with springs.
+
+    Attributes
+    ----------
+    whole, v_0 : (m k, m k) and (m k,) arrays
+        Weighted S and u_0.
+    springs, load : (m k, m k) and (m k,) arrays
+        Displacement of the springs by tractions and by loads.
+    carried : float
+        Largest displacement of the springs before they were moved.
+    """
+
+    whole: Array
+    v_0: Array
+    springs: Array
+    load: Array
+    carried: float = np.inf
+
+    def displacement(self, y: Array) -> Array:
+        """Return that of the springs by tractions and loads."""
+        return np.asarray(self.load + self.springs @ y)
+
+    def follow(self, y: Array) -> bool:
+        """Move the springs after the bodies; return whether they carried half of before or
+        less."""
+        moved = self.displacement(y)
+        self.v_0 = self.v_0 + moved
+        before, self.carried = self.carried, float(np.abs(moved).max())
+        return self.carried <= 0.5 * before
+
+
+def _sprung(system: ContactSystem, root: Array) -> _Sprung:
+    """Return the weighted system with springs as soft as the bodies may move far."""
     modes, base = system.modes, root * system.u_0.ravel()
     whole = root[:, None] * system.compliance() / root
     if modes is None:
-        return whole, base, np.zeros_like(whole), np.zeros_like(base)
+        return _Sprung(whole, base, np.zeros_like(whole), np.zeros_like(base))
     # remove the arbitrary part of S for tractions out of balance, and its rigid motions
     motion = root[:, None] * modes.motion.reshape(base.size, -1)
     balance = modes.resultant.reshape(len(modes.load), -1) / root
@@ -91,7 +129,7 @@ def _sprung(system: ContactSystem, root: Array) -> tuple[Array, Array, Array, Ar
     soft = motion @ (fit @ fit.T)
     far = float(np.abs(base).max()) / (float(np.abs(soft @ modes.load).max()) or np.inf)
     soft *= np.clip(FAR * far, *(np.abs(np.diag(whole)).max() * np.array(SOFT)))
-    return whole, base, soft @ balance, soft @ modes.load
+    return _Sprung(whole, base, soft @ balance, soft @ modes.load)
 
 
 class _Complementarity:

@@ -144,6 +144,7 @@ class _Run:
         self.ended = ""
         self.last = deque[States](maxlen=PATIENCE)
         self.step: Pivot | None = None
+        self.unheld = False
 
     def at_rest(self) -> ContactState | None:
         """Return the state without motion if nothing is loaded and nothing touches, else None.
@@ -188,6 +189,7 @@ class _Run:
         """Yield starts of attempts: the first guess, then sets by complementary pivots.
 
         Nodes whose sets cycle are pivoted on alone, at most three times, then all that are near.
+        Where the loads move a body no sets cycle.
         """
         yield first
         near, law = np.zeros(len(first[0]), dtype=bool), self.law
@@ -195,7 +197,7 @@ class _Run:
             return
         for _ in range(3):
             near = near | np.any([states != self.last[-1] for states in self.last], axis=0)
-            if self.step is None or not near.any():
+            if self.step is None or self.unheld or not near.any():
                 break
             pieces = self.step.linearised, self.step.sigma
             yield from complementary_guesses(self.system, law, near, pieces)
@@ -229,6 +231,7 @@ class _Run:
             # equilibrium
             touched = None if tries > 3 or self._overloaded else self._touching(step, against)
             if touched is None:
+                self.unheld = not against
                 lost = "no equilibrium: the loads move a body that contact does not hold"
                 return self._failed(state, self.ended if against else lost)
             tau, sigma, v, alpha = touched, step.sigma, step.v, step.alpha
@@ -238,7 +241,7 @@ class _Run:
             why = (
                 "no equilibrium: the loads are more than contact and friction at the nodes can hold"
             )
-        state.reason = f"{why}; {state.reason}"
+        state.reason, state.unheld = f"{why}; {state.reason}", self.unheld
         return state
 
     def _steps(self, tau: Array, sigma: Array, alpha: Array | None) -> Iterator[Pivot]:

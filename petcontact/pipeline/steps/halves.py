@@ -69,9 +69,11 @@ class Halves:
         self._monitor, self._first = monitor, list[Tried]()
         self._tractions = self._slip = self.error = 0.0
 
-    def __call__(self, increment: Increment) -> list[Tried] | None:
-        """Return both halves, or None where the increment is too large. Where a monitor stops the
-        solve, return what is solved by then."""
+    def __call__(self, increment: Increment) -> list[Tried]:
+        """Return both halves, or none where they differ from the increment.
+
+        Where a solve fails, or a monitor stops it, return what is solved by then.
+        """
         self.error = np.nan
         solved = [
             tried for tried in self._first if abs(tried[0].target - increment.target) < SOLVED
@@ -79,17 +81,17 @@ class Halves:
         whole = solved[0] if solved else self._solved(increment)
         self._first = []
         if not whole[1].converged:
-            return [whole] if whole[1].stopped else None
+            return [whole]
         half = increment.ending_at(0.5 * (increment.begun + increment.target))
         first = self._solved(half)
         if not first[1].converged:
-            return [first] if first[1].stopped else None
+            return [first]
         second = self._solved(half.then(increment.target, first[2]))
         if not second[1].converged:
-            return [first, second] if second[1].stopped else None
+            return [first, second]
         self.error = self._apart(whole, first, second)
         self._first = [first] if self.error > 1.0 else []
-        return None if self._first else [first, second]
+        return [] if self._first else [first, second]
 
     def _solved(self, increment: Increment) -> Tried:
         return with_wear(increment, increment.solved(self._monitor), self._monitor)

@@ -4,6 +4,7 @@ history."""
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -118,12 +119,15 @@ class _Shares:
         With `increments = "auto"`: how small an increment has to be.
     doubt : bool
         Whether a load may be one that contact cannot hold.
+    lost : float
+        Load factor of the last increment at which nothing stopped a body, else infinite.
     last : Tried, optional
         The last increment that was solved without halves.
     """
 
     def __init__(self, increment: Increment, monitor: Monitor | None) -> None:
         self.last: Tried | None = None
+        self.lost, self._monitor, self._more = math.inf, monitor, False
         self.reached, self.whole = increment.target, _first_share(increment.step)
         self.halves = Halves(monitor) if increment.step.increments == "auto" else None
         factors = increment.problem.factors.get(increment.number, ())
@@ -144,22 +148,33 @@ class _Shares:
         target = self.known[0] if self.known else min(1.0, self.reached + self.size)
         return 1.0 if 1.0 - target < 1e-9 else target
 
-    @property
-    def by_halves(self) -> Halves | None:
-        """What solves the next increment by its halves, where that is asked for."""
-        return None if self.known else self.halves
+    def tried(self, following: Increment) -> list[Tried]:
+        """Solve the next increment, by its halves where that is asked for. None are returned where
+        they differ from it, or where it is known that contact does not hold the load."""
+        self._more = self.doubt and is_unbalanced(following)
+        if self._more:
+            return []
+        if self.halves is None or self.known:
+            return [self.whole_of(following)]
+        tried = self.halves(following)
+        self._more = self.halves.error > 1.0
+        return tried
 
-    def solved_before(self, increment: Increment) -> Tried | None:
-        """Return the last increment if it is this one, which need not be solved again."""
-        ends = increment.begun, increment.target
-        same = self.last is not None and ends == (self.last[0].begun, self.last[0].target)
-        return self.last if same else None
+    def whole_of(self, following: Increment) -> Tried:
+        """Solve the next increment without halves, once."""
+        ends = following.begun, following.target
+        if self.last is None or ends != (self.last[0].begun, self.last[0].target):
+            self.last = with_wear(following, following.solved(self._monitor), self._monitor)
+        return self.last
 
-    def smaller(self, failed: Increment, more: bool) -> bool:
+    def smaller(self, failed: Increment, tried: list[Tried]) -> bool:
         """Take a smaller share after an increment that failed; return whether there is one.
 
-        `more` says that it may be as small as an unheld load or halves that differ ask for.
+        It may be as small as an unheld load or halves that differ ask for.
         """
+        if tried and tried[-1][1].unheld:
+            self.lost = tried[-1][0].target
+        self.doubt = self.doubt or not self.known
         if self.known:
             self.size, self.known = self.target - self.reached, []
             return True
@@ -167,23 +182,21 @@ class _Shares:
         # with held normals and no steps a part of the load is solved for only where the whole load
         # has no equilibrium
         divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
-        least = self.whole * 0.5 ** max(problem.halvings, HALVINGS * more)
-        if 0.5 * self.size < least or not (divisible or is_unbalanced(failed)):
+        least = self.whole * 0.5 ** max(problem.halvings, HALVINGS * self._more)
+        half = 0.5 * (self.target - self.reached)
+        if half < least or not (divisible or is_unbalanced(failed)):
             return False
-        self.size *= 0.5
+        self.size = half
         return True
 
     def reach(self) -> None:
         """Go on from the end of the next increment; the one after it is larger where halves do not
-        forbid it."""
+        forbid it, and does not go where nothing stopped a body."""
         self.reached, self.known = self.target, self.known[1:]
         if self.halves is None or self.halves.error <= ROOM:
             self.size = min(self.whole, 2.0 * self.size)
-
-
-def _unless_failed(tried: Tried) -> list[Tried] | None:
-    """Return an increment in a list, or None where it failed."""
-    return [tried] if tried[1].converged or tried[1].stopped else None
+        least = self.whole * 0.5**HALVINGS
+        self.size = min(self.size, max(0.5 * (self.lost - self.reached), least))
 
 
 def _is_doubtful(increment: Increment) -> bool:
@@ -205,19 +218,11 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     state, shares = increment.before, _Shares(increment, monitor)
     while shares.reached < 1.0 - 1e-12:
         following = replace(increment, target=shares.target, begun=shares.reached, before=state)
-        # an unheld load needs no solve
-        unheld = shares.doubt and is_unbalanced(following)
-        whole, tried, apart = shares.solved_before(following), None, False
-        if (by_halves := shares.by_halves) and not unheld:
-            tried, apart = by_halves(following), by_halves.error > 1.0
-        elif not unheld:
-            whole = whole or with_wear(following, following.solved(monitor), monitor)
-            shares.last, tried = whole, _unless_failed(whole)
-        if tried is None:
-            shares.doubt = shares.doubt or not shares.known
-            if shares.smaller(following, more=unheld or apart):
-                continue
-            tried = [whole or with_wear(following, following.solved(monitor), monitor)]
+        tried = shares.tried(following)
+        ends = tried and (tried[-1][1].converged or tried[-1][1].stopped)
+        if not ends and shares.smaller(following, tried):
+            continue
+        tried = tried or [shares.whole_of(following)]
         yield from tried
         state = tried[-1][2]
         shares.reach()
