@@ -4,12 +4,16 @@ the estimate says."""
 from __future__ import annotations
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
+from climbs import Climb
+from random_revolution import random_revolution
 from shapes import elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import solve
+from petcontact.mesh.curve_mesh import as_curve
 from petcontact.model.problem import Problem
 from petcontact.pipeline.adapt.difference import fading_places
 from petcontact.pipeline.adapt.part_ends import pressed_sides
@@ -47,6 +51,20 @@ def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
     assert fading_places(posed)["pair"].arc_lengths == pytest.approx(
         np.unique([0.0, *on_upper, high - low])
     )
+
+
+@pytest.mark.slow
+def test_elements_at_a_corner_that_presses_halve_from_mesh_to_mesh():
+    # a ball rests on the sharp edge of a hole: with larger elements there the last mesh was less
+    # accurate than the one before, and its error 1.3 times the one that was reported
+    sizes = []
+    for solution, *_ in Climb.to(random_revolution(4849, 29), 5e-2).shown:
+        edge = fading_places(solution.problem)["pair"].arc_lengths[0]
+        mesh = as_curve(solution.meshes["punch"])
+        bottom = mesh.part == mesh.part_names.index("bottom")
+        sizes.append(mesh.length[bottom][np.abs(mesh.side_start[bottom] - edge).argmin()])
+    assert len(sizes) > 2
+    assert all(fine <= 0.5 * coarse for coarse, fine in itertools.pairwise(sizes))
 
 
 def test_where_slip_turns_there_is_an_edge():

@@ -21,8 +21,8 @@ from ..kernel import ColumnData
 
 TOLERANCE = 1e-9
 """Relative error of quadrature by default."""
-ORDERS, MOST, RULES, LANES = 6, 64, 12, 4
-"""Sizes of arrays in native/revolution/sums.h, and of vectors in native/plane/elements.h."""
+ORDERS, MOST, RULES = 6, 64, 12
+"""Sizes of arrays in native/revolution/sums.h. `MOST` numbers are whole vectors of the C code."""
 LOADS = ((0, 0), (0, 1), (1, 0), (1, 1), (2, 2))
 """Component of u and of the load that each row has, of native/revolution/ring.h."""
 STRESSES = (
@@ -133,7 +133,7 @@ def ring_stress(kernel: Any, targets: Targets, elements: Elements) -> tuple[Arra
 def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
     """2µ u (5, m) and stress (10, m) at points (m, 2) by forces 1 on the ring through a point (2,),
     rows by `LOADS` and `STRESSES`."""
-    points = np.zeros((2, len(x) + -len(x) % LANES))
+    points = np.zeros((2, len(x) + -len(x) % MOST))
     points[:, : len(x)] = x.T
     result = np.empty((len(LOADS) + len(STRESSES), points.shape[1]))
     forces = native.function("petcontact_ring_forces", "ipdddp")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +20,7 @@ from ...model.problem import Body, Problem
 from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
 from ...refinement.known_data import SideData, fields
 from ...refinement.levels import CONTACT_LADDER, Level, believed
-from ...refinement.marks import UNSEEN, GradedOutline, LevelMesh
+from ...refinement.marks import FINER, UNSEEN, GradedOutline, LevelMesh
 from ...results.contact_zones import pair_edges
 from ...results.records import step_ends
 from ...results.solution import Solution
@@ -87,7 +86,7 @@ class Tractions(Strategy):
             body = GradedOutline.from_body(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem.loaded[number], posed)
-        body, pressed = self._bodies[number], self._pressed[number]
+        body = self._bodies[number]
         edges_on: dict[str, list[Edge]] = {}  # a part may be in several contacts
         for name, (b, part) in self._sides.items():
             if b == number:
@@ -99,14 +98,14 @@ class Tractions(Strategy):
             unseen = side.part in edges_on and not self._last
             largest.append(side.length / UNSEEN if unseen else np.inf)
             edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
-            pressing = *pressed.inner.get(k, []), *pressed.kinks.get(k, [])
+            pressing = self._pressing_sizes(number, k, edges, level)
             if graded := self._graded(pressing, edges, level, body, side.length):
                 inner[k] = graded
         return body.mesh(level, largest, None, inner)
 
     def _graded(
         self,
-        pressing: Sequence[float],
+        pressing: dict[float, float],
         edges: list[Edge],
         level: Level,
         body: GradedOutline,
@@ -115,15 +114,15 @@ class Tractions(Strategy):
         """Return the points inside a side to which its mesh is graded, and the smallest elements
         there.
 
-        They are pressing corners and rough points of the gap, and edges that do not coincide with
-        these or with an end of the side.
+        They are pressing corners and rough points of the gap, with the sizes that are given, and
+        edges that do not coincide with these or with an end of the side.
         """
-        corners = list[tuple[float, float]]()
-        for s in sorted(pressing):  # points of two contacts may differ by round-off only
-            size = self._size_at(s, edges, level, body)
+        corners, finest = list[tuple[float, float]](), FINEST * body.scale
+        for s, size in sorted(pressing.items()):
+            # points of two contacts may differ by round-off only
             if not corners or s - corners[-1][0] > size:
-                corners.append((s, size))
-        finest, fixed = FINEST * body.scale, [Edge(s, np.inf) for s, _ in corners]
+                corners.append((s, max(size, finest)))
+        fixed = [Edge(s, np.inf) for s, _ in corners]
         sizes = [
             (edge.s, max(level.edge * edge.width, finest))
             for edge in edges
@@ -131,15 +130,27 @@ class Tractions(Strategy):
         ]
         return sorted([*corners, *((s, size) for s, size in sizes if size < s < length - size)])
 
-    @staticmethod
-    def _size_at(s: float, edges: list[Edge], level: Level, body: GradedOutline) -> float:
-        """Return the element size at a pressing corner, or at a kink or jump of the gap [length].
+    def _pressing_sizes(
+        self, number: int, k: int, edges: list[Edge], level: Level
+    ) -> dict[float, float]:
+        """Return the element sizes at pressing corners, kinks and jumps of the gap inside a side
+        [length].
 
-        It is no larger than at an edge of the contact around the point.
+        They are no larger than at an edge of a contact that reaches as near to the point as such
+        elements do, and at most `FINER` times those on the last mesh.
         """
-        widths = [e.width for e in edges if abs(e.s - s) <= 2.0 * e.width + body.closest]
+        body, pressed, result = self._bodies[number], self._pressed[number], dict[float, float]()
         size = body.corner_size(PUNCH, level.resolved)
-        return max(min([size, *(level.edge * width for width in widths)]), FINEST * body.scale)
+        for s in (*pressed.inner.get(k, []), *pressed.kinks.get(k, [])):
+            widths = [e.width for e in edges if abs(e.s - s) <= 2.0 * e.width + size]
+            result[s] = min([size, *(level.edge * width for width in widths)])
+            if self._last:
+                mesh = as_curve(list(self._last[-1].meshes.values())[number])
+                on_part = mesh.part == mesh.part_names.index(body.outline.sides[k].part)
+                begins = np.abs(mesh.side_start[on_part] - body.outline.offsets[k] - s)
+                last = float(mesh.length[on_part][begins.argmin()])
+                result[s] = min(result[s], FINER * last)
+        return result
 
     def start(self, problem: PreparedProblem) -> Start | None:
         """Return a start with the zones of the last solution, or None."""
