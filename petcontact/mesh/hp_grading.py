@@ -113,19 +113,47 @@ def graded_mesh(
     for fractions in breaks:
         fractions[-1] = 1.0
     orders = [p[1] for p in pieces]
-    limits = _distance_limits(outline, breaks)
-    for k, (side, ends) in enumerate(zip(outline.sides, at_ends(outline, _spread), strict=True)):
-        middles = 0.5 * (breaks[k][1:] + breaks[k][:-1]) * side.length
-        depth = np.minimum(middles * ends[0], (side.length - middles) * ends[1])
-        near = NEAR * np.minimum(limits[k], depth)
-        limit = grading.largest * np.minimum(near, side.length * largest_turn(side))
-        limit = np.minimum(limit, largest[k])
-        count = np.ceil(np.diff(breaks[k]) * side.length / limit - 1e-9)
-        breaks[k], orders[k] = _split(breaks[k], orders[k], np.maximum(1, count).astype(np.int64))
-        if resolve is not None:
+    most = [
+        np.minimum(top, grading.largest * side.length * largest_turn(side))
+        for top, side in zip(largest, outline.sides, strict=True)
+    ]
+    # distances are those from the ends and middles of other elements, which are far apart at first
+    room = 1.0
+    while _cut_near(outline, breaks, orders, NEAR * grading.largest, most, room):
+        room = 3.0
+    if resolve is not None:
+        for k in range(len(breaks)):
             breaks[k], orders[k] = resolve(k, breaks[k], orders[k])
     _smooth(outline, breaks, orders)
     return build_mesh(outline, breaks, orders, [points.powers for points in marks])
+
+
+def _cut_near(
+    outline: Outline,
+    breaks: list[Array],
+    orders: list[Index],
+    near: float,
+    most: list[float],
+    room: float,
+) -> bool:
+    """Cut elements that are more than `room` times too long, in place; return whether there are
+    any.
+
+    They are at most `near` times as long as far from other sides, and `most` of their side.
+    """
+    before, limits = sum(map(len, orders)), _distance_limits(outline, breaks)
+    for k, (side, ends) in enumerate(zip(outline.sides, at_ends(outline, _spread), strict=True)):
+        length = np.diff(breaks[k]) * side.length
+        middles = 0.5 * (breaks[k][1:] + breaks[k][:-1]) * side.length
+        apart = limits[k]
+        if room == 1.0:  # an element at a tip is as long over its depth however short it is
+            apart = np.minimum(apart, middles * ends[0])
+            apart = np.minimum(apart, (side.length - middles) * ends[1])
+        limit = np.minimum(near * apart, most[k])
+        count = np.maximum(1.0, np.ceil(length / limit - 1e-9))
+        count[count <= room] = 1.0
+        breaks[k], orders[k] = _split(breaks[k], orders[k], count.astype(np.int64))
+    return sum(map(len, orders)) > before
 
 
 def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
