@@ -10,15 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from shapes import elastic, touching
-from sweep_files import quietly
 
 from petcontact import InputError, Solution, read_result, solve
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.rho_rules import SelfAdaptive
 from petcontact.model.case import parse_problem
 from petcontact.pipeline.pose.discretise import discretise
-from petcontact.sweep.design.sweep import read_sweep
-from petcontact.sweep.store.case_table import read_case_table
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -157,15 +154,6 @@ class Case:
     def solution(self):
         return solve(self.problem())
 
-    def swept(self, folder, problem, more=""):
-        """The table of a sweep over two tolerances."""
-        (folder / "problem.toml").write_text(problem.toml())
-        (folder / "s.toml").write_text(
-            f'problems = ["problem.toml"]\n{more}\n[cross]\ntolerance = [1e-6, 1e-7]\n'
-        )
-        quietly(read_sweep(folder / "s.toml"), folder / "out")
-        return read_case_table(folder / "out")
-
 
 def assert_alike(solution: Solution, other: Solution, tolerance: float):
     assert solution.converged and other.converged, (solution.reason, other.reason)
@@ -241,10 +229,6 @@ def held_by_friction_only(case, tmp_path):
     ]
     start, above = case.kind.areas
     assert along == pytest.approx([-0.5 * start if case.single else -0.1 * above], rel=1e-9)
-    table = case.swept(tmp_path, problem)
-    column = "moment" if case.kind.turns else f"force_{'xyz'[case.kind.along]}"
-    assert list(table.status) == ["converged"] * 2
-    assert table.numbers(column) == pytest.approx(along * 2, rel=1e-9)
 
 
 def frictionless_start(case, tmp_path):

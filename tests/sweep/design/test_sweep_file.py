@@ -86,29 +86,6 @@ omega = 0.9
     }
 
 
-def test_the_words_of_an_id_are_in_the_order_of_the_file(tmp_path):
-    sweep = read_sweep(
-        sweep_file(
-            tmp_path,
-            """
-problems = ["example1.toml"]
-[cross]
-element_size = [0.8, 0.4]
-tau = [1.0, 2.0, 3.0]
-rho = [1.0, 10.0]
-""",
-        )
-    )
-    for case in sweep:
-        c = case.coordinates
-        assert case.id == f"example1-h{c['element_size']:g}-tau{c['tau']:g}-rho{c['rho']:g}"
-        assert (case.case.method.rho, case.case.method.tau, case.case.mesh.element_size) == (
-            c["rho"],
-            c["tau"],
-            c["element_size"],
-        )
-
-
 def test_loads_of_parts_and_bodies_have_speaking_names(tmp_path):
     sweep = read_sweep(
         sweep_file(
@@ -179,7 +156,7 @@ def test_a_key_may_be_given_a_name(tmp_path):
             read_sweep(sweep_file(tmp_path, text.format(bad)))
 
 
-@pytest.mark.parametrize("name", ["/dev/zero", "pipe", "large.csv", "."])
+@pytest.mark.parametrize("name", ["pipe", "large.csv"])
 def test_files_that_never_end_are_refused(tmp_path, monkeypatch, name):
     monkeypatch.setattr(module, "LARGEST_POINTS", 100)
     (tmp_path / "large.csv").write_text("rho\n" + "1.0\n" * 50)
