@@ -34,25 +34,20 @@ def test_published_means_are_those_of_the_tables():
 def test_a_case_is_known_by_what_it_is(number, rule, rho, h, count):
     case = example(number, mesh=MeshOptions(element_size=h, order=0), rule=rule, rho=rho, omega=0.9)
     assert published_count(case) == count
-    other_mesh = case.model_copy(update={"mesh": MeshOptions(element_size=h, order=1)})
-    assert published_count(other_mesh) is None
-    assert (
-        published_count(example(number, mesh=MeshOptions(element_size=0.3), rule=rule, rho=rho))
-        is None
+    order, size, fixed = (
+        {"mesh": MeshOptions(element_size=h, order=1)},
+        {"mesh": MeshOptions(element_size=0.3, order=0)},
+        {"method": case.method.model_copy(update={"rule": "fixed"})},
     )
-    assert (
-        published_count(example(number, mesh=MeshOptions(element_size=h), rule="fixed", rho=rho))
-        is None
-    )
+    for change in (order, size, fixed):
+        assert published_count(case.model_copy(update=change)) is None
 
 
 @pytest.mark.parametrize(
     "change",
     [
         {"material": Material(young_modulus=10_000.0, poisson_ratio=0.3, plane="stress")},
-        {"material": Material(young_modulus=10_001.0, poisson_ratio=0.3)},
         {"geometry": Rectangle(lower_left=(0.0, 0.0), upper_right=(8.0, 4.1))},
-        {"geometry": Rectangle(lower_left=(-1.0, 0.0), upper_right=(8.0, 4.0))},
     ],
 )
 def test_another_problem_is_not_the_papers(change):

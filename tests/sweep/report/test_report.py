@@ -231,25 +231,21 @@ def test_parquet_holds_the_columns_of_the_csv_with_their_types(
 
 
 class Page(HTMLParser):
-    """Tags, links to elsewhere, and text of a page."""
-
-    VOID = ("meta", "img", "br", "link")
+    """Tags, links to elsewhere, images and text of a page whose tags are all closed."""
 
     def __init__(self, source: str) -> None:
         super().__init__()
-        self.open, self.links, self.images, self.words, self.counts = [], [], [], [], {}
+        self.open, self.links, self.images, self.words, self.tags = [], [], [], [], []
         self.feed(source)
         assert self.open == []
 
     def handle_starttag(self, tag, attrs):
-        self.counts[tag] = self.counts.get(tag, 0) + 1
-        if tag not in self.VOID:
+        self.tags.append(tag)
+        if tag not in ("meta", "img", "br", "link"):
             self.open.append(tag)
         for name, value in attrs:
-            if tag == "img" and name == "src":
-                self.images.append(value)
-            elif name in ("src", "href", "srcset", "action"):
-                self.links.append(value)
+            if name in ("src", "href", "srcset", "action"):
+                (self.images if tag == "img" else self.links).append(value)
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
@@ -262,27 +258,17 @@ class Page(HTMLParser):
 def test_the_page_stands_alone(table):
     source = html(table, make_tables(table), plots=[Plot("max_u_t", "rho", "rule")])
     page = Page(source)
-    assert page.links == []
-    assert "url(" not in source
-    assert "@import" not in source
+    assert page.links == [] and "url(" not in source and "@import" not in source
     assert len(page.images) == 2 * len(DRAWN) + 1
     for image in page.images:
-        assert (
-            base64.b64decode(image.removeprefix("data:image/png;base64,"))[:8]
-            == b"\x89PNG\r\n\x1a\n"
-        )
-    assert page.counts.get("b", 0) == 0
+        picture = base64.b64decode(image.removeprefix("data:image/png;base64,"))
+        assert picture[:8] == b"\x89PNG\r\n\x1a\n"
+    assert "b" not in page.tags and page.tags.count("table") == 2
     assert "A <b>small</b> & quick sweep | two bodies" in page.words
-    assert page.counts["table"] == 2
     shown = " ".join("".join(page.words).split())
-    assert "Figure 2 of the paper" in shown
-    assert "Figure 6 of the paper" in shown
-    assert "made to fail" in shown
+    for words in ("Figure 2 of the paper", "Figure 6 of the paper", "made to fail"):
+        assert words in shown
     assert "max_u_t over rho, a line for each rule" in shown
-    facts = zip(*map(table.values, ("status", "problem", "iterations", "published")), strict=True)
-    for status, problem, iterations, published in facts:
-        if status == "converged" and problem == "example1":
-            assert f"{iterations:.0f} / {published:.0f}" in shown
 
 
 def test_pictures_are_of_the_last_case_of_each_problem(table):
@@ -340,31 +326,13 @@ def test_a_study_of_loads_and_materials_is_asked_about_its_contact():
     assert asked_about(methods) == (ITERATIONS,)
 
 
-@pytest.mark.slow
 def test_the_command(swept, tmp_path, capsys):
-    target = [str(tmp_path / "t.csv"), str(tmp_path / "t.html")]
-    layout = [
-        "--rows",
-        "rho",
-        "--columns",
-        "problem,rule",
-        "--cells",
-        "slip_share",
-        "--plot",
-        "slip_share:rho:rule",
-    ]
-    assert main(["report", str(swept), "--csv", target[0], "--html", target[1], *layout]) == 0
+    layout = ["--rows", "rho", "--columns", "problem,rule", "--cells", "slip_share"]
+    assert main(["report", str(swept), "--csv", str(tmp_path / "t.csv"), *layout]) == 0
     shown = capsys.readouterr().out
     assert "example1, self-adaptive" in shown and "Cells: slip_share" in shown
-    assert Path(target[0]).read_text().count("\n") == 17
-    assert Path(target[1]).read_text().startswith("<!DOCTYPE html>")
-    assert main(["report", str(swept), "--figures", str(tmp_path / "f"), *layout]) == 0
-    assert (tmp_path / "f" / "slip_share-over-rho-rule.png").exists()
-    for words in (
-        ["--csv", str(tmp_path / "no" / "t.csv")],
-        ["--cells", "colour"],
-        ["--plot", "rho"],
-    ):
+    assert (tmp_path / "t.csv").read_text().count("\n") == 17
+    for words in (["--csv", str(tmp_path / "no" / "t.csv")], ["--cells", "colour"]):
         assert main(["report", str(swept), *words]) == 2
         assert capsys.readouterr().err.count("\n") == 1
 
