@@ -3,7 +3,6 @@ points."""
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 
@@ -180,29 +179,6 @@ def test_nothing_that_slips_needs_no_mesh_for_its_round_off(comm):
     solution = adapt(case, 1e-5, comm=comm)
     assert solution.converged and solution.mesh.n_nodes < 500
     assert np.abs(solution.contact.u_t).max() <= 1e-7 * np.abs(solution.u).max()
-
-
-def test_elements_in_a_narrow_zone_shrink_from_level_to_level():
-    case, below = example(1), 1e-4
-    body = GradedOutline.from_body(case.body[0], case.geometry.outline())
-    s = np.array([0.2, 0.8, 1.2, 1.8, 5.0, 7.0]) * np.array([below] * 4 + [1.0, 1.0])
-    line = ContactLine(
-        s,
-        np.ones(6),
-        np.array([0, 0, 1, 1, 2, 2]),
-        np.array([0.0, below, 2.0 * below, 8.0]),
-        np.array([1.0, 0.2, 0.0, 0.0, 0.0, 0.0]),
-        np.ones(6),
-        np.ones(6),
-        np.array([1, 1, 0, 0, 0, 0]),
-    )
-    k = body.contact.index(True)
-    ends = [
-        marks_for(body, level.grading, level.resolved, [line])[k].size[0]
-        for level in REFINEMENT_LEVELS
-    ]
-    assert ends[0] < below
-    assert all(after < 0.7 * before for before, after in itertools.pairwise(ends))
 
 
 # -- pieces
