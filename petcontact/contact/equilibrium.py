@@ -21,7 +21,10 @@ Forces = tuple[Array, Admissible]
 
 
 def unbalanced_load(
-    modes: Modes | None, law: ContactLaw, forces: Forces | None = None
+    modes: Modes | None,
+    law: ContactLaw,
+    forces: Forces | None = None,
+    costs: Array | float = 1.0,
 ) -> Array | None:
     """Return the part of the loads that no admissible traction holds, (r,), or None.
 
@@ -29,7 +32,8 @@ def unbalanced_load(
     minimises Σ|Eσ + f| over the law's `Admissible` tractions. The disks of σ_t are replaced by
     polygons around them, which get further sides where σ_t leaves the disk. A load that the program
     rejects cannot be held. A load that it accepts may still not be held, since its tractions need
-    not follow from the elastic problem. `forces` replaces the tractions of the nodes.
+    not follow from the elastic problem. `forces` replaces the tractions of the nodes. `costs` (r,)
+    weigh the terms of the sum: the part of the loads that is cheap is the one that is returned.
     """
     if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
@@ -69,7 +73,7 @@ def unbalanced_load(
         ).tocsr()
         answer = scipy.optimize.linprog(
             # a push and a turn may weigh the same: digits do not choose, the first motion is named
-            np.concatenate([np.zeros(m * k), np.tile(1.0 + 1e-3 * np.arange(r), 2)]),
+            np.concatenate([np.zeros(m * k), np.tile(costs * (1.0 + 1e-3 * np.arange(r)), 2)]),
             A_ub=whole if polygon.shape[0] else None,
             b_ub=np.concatenate(limit) if polygon.shape[0] else None,
             A_eq=equal,
@@ -79,8 +83,8 @@ def unbalanced_load(
         )
         if not answer.success:
             return None
-        if answer.fun > HALF:
-            slack = answer.x[m * k : m * k + r] - answer.x[m * k + r :]
+        slack = answer.x[m * k : m * k + r] - answer.x[m * k + r :]
+        if np.abs(slack).sum() > HALF:
             return np.asarray(-slack * scale * size)
         # a vertex leaves its bounds by the round-off of all tractions, and what HiGHS allows
         sigma = np.clip(answer.x, *bounds.T)[: m * k].reshape(m, k)

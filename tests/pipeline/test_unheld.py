@@ -30,9 +30,10 @@ def solved(data, **more):
 @pytest.mark.parametrize(
     ("load", "way", "increments"),
     [
-        ([0.004, -0.01], "along +x", 1),
-        ([0.004, -0.01], "along +x", "auto"),
-        ([0.0, 0.01], "along +y", 4),
+        ([0.004, -0.01], "pushes it along +x", 1),
+        ([0.004, -0.01], "pushes it along +x", "auto"),
+        ([0.0, 0.01], "pushes it along +y", 4),
+        ([0.0, "0.1*(x - 1) - 0.01"], "turns it", 1),
     ],
 )
 def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, increments, monkeypatch):
@@ -47,7 +48,7 @@ def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, incre
     top = drawn("top", load)
     solution = solved(block(boundary=[top]), step=[{"increments": increments}])
     assert not solution.converged
-    assert f"body 'block' cannot be held: the load pushes it {way}" in solution.reason
+    assert f"body 'block' cannot be held: the load {way}" in solution.reason
     assert len(calls) == 1
     assert looked == {1.0, 0.5**HALVINGS / (1 if increments == "auto" else increments)}
 

@@ -40,10 +40,22 @@ def _unbalanced(increment: Increment) -> Array | None:
     It is None if tractions hold the loads, either at the nodes or at the corners of elements.
     """
     modes, law = increment.system.modes, increment.problem.discrete.law
-    push = unbalanced_load(modes, law)
+    push = unbalanced_load(modes, law, costs=_costs(increment))
     if push is None or unbalanced_load(modes, law, forces_at_corners(increment)) is None:
         return None
     return push  # with tractions at the nodes: those at corners weigh the motions differently
+
+
+def _costs(increment: Increment) -> Array:
+    """Return the costs (r,) of the loads that nothing holds: what tips lacks a couple, not a force,
+    though another force would hold it, too."""
+    system, turns = increment.problem.system, list[bool]()
+    for body in system.bodies:
+        mean = np.tensordot(body.mesh.weight / body.mesh.weight.sum(), body.modes, 1)
+        turns += list(np.abs(body.modes - mean).max(axis=(0, 1)) > np.abs(mean).max(axis=0))
+    for motion in increment.obstacles:
+        turns += list((np.arange(len(motion.free)) >= system.components)[motion.free])
+    return np.where(turns, 1e-3, 1.0)
 
 
 def second_solution(increment: Increment, outcome: ContactState) -> list[Finding]:
