@@ -49,30 +49,24 @@ def test_constant_stress(solution, tmp_path: Path) -> None:
     strain = np.array([[1.0, 0.2, 0.0], [0.2, -0.5, 0.3], [0.0, 0.3, 0.1]])
     mu, nu = material.shear_modulus, material.poisson_ratio
     stress = 2.0 * mu * (strain + nu / (1.0 - 2.0 * nu) * np.trace(strain) * np.eye(3))
-    step = dataclasses.replace(
-        solution.last, bodies={"body": BodyResult(mesh.x @ strain, mesh.normal @ stress)}
-    )
-    patch = dataclasses.replace(solution, steps=[step])
+    found = {"body": BodyResult(mesh.x @ strain, mesh.normal @ stress)}
+    patch = dataclasses.replace(solution, steps=[dataclasses.replace(solution.last, bodies=found)])
     write_vtu(tmp_path / "v.vtu", field_inside(patch, grid_inside(mesh, (3, 2, 2)), "body"))
-    volume = meshio.read(tmp_path / "v.vtu")
-    np.testing.assert_allclose(volume.point_data["displacement"], volume.points @ strain, atol=1e-9)
-    wanted = stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
-    np.testing.assert_allclose(
-        volume.point_data["stress"], np.tile(wanted, (len(volume.points), 1)), atol=1e-6 * mu
-    )
-    assert len(volume.cells_dict["hexahedron"]) == 12
-    inside = patch.stress_at([[4.0, 2.0, 2.0]])[0]
-    np.testing.assert_allclose(
-        inside, stress[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], atol=1e-6 * mu
-    )
     write_boundary_vtu(tmp_path / "s.vtu", patch)
-    surface = meshio.read(tmp_path / "s.vtu")
-    np.testing.assert_allclose(
-        surface.point_data["displacement"], surface.points @ strain, atol=1e-9
+    volume, surface = (meshio.read(tmp_path / name) for name in ("v.vtu", "s.vtu"))
+    for each in (volume, surface):
+        moved = each.point_data["displacement"]
+        np.testing.assert_allclose(moved, each.points @ strain, atol=1e-9)
+    wanted = np.tile(stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]], (len(volume.points), 1))
+    np.testing.assert_allclose(volume.point_data["stress"], wanted, atol=1e-6 * mu)
+    assert len(volume.cells_dict["hexahedron"]) == 12
+    inside, wanted = (
+        patch.stress_at([[4.0, 2.0, 2.0]])[0],
+        stress[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]],
     )
-    assert (
-        surface.cell_data_dict["traction_error"]["quad"].max() < 1e-9 * mu
-    )  # constant tractions of order 1
+    np.testing.assert_allclose(inside, wanted, atol=1e-6 * mu)
+    # constant tractions of order 1
+    assert surface.cell_data_dict["traction_error"]["quad"].max() < 1e-9 * mu
 
 
 def test_field_command(solution, tmp_path, monkeypatch, capsys) -> None:

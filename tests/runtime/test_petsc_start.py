@@ -32,25 +32,21 @@ assert PETSc.COMM_WORLD.tompi4py().allreduce(2) == 2
 """
 
 
-@pytest.mark.skipif(
-    not os.path.exists("/proc/self/task"), reason="children are looked for as Linux tells them"
-)
+def python(*words, **more):
+    """A run of this interpreter."""
+    given = {"capture_output": True, "text": True, "timeout": 300} | more
+    return subprocess.run([sys.executable, *words], **given)
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/task"), reason="children as Linux lists them")
 @pytest.mark.parametrize("given", [{}, {"OMPI_MCA_ess_singleton_isolated": "0"}])
 def test_alone(given, tmp_path):
     from mpi4py import MPI
 
     daemon = bool(given) and MPI.Get_library_version().startswith("Open MPI v4")
-    environment = {
-        key: value for key, value in os.environ.items() if not key.startswith(("OMPI", "PMI"))
-    }
-    environment |= {"TMPDIR": str(tmp_path), **given}
-    done = subprocess.run(
-        [sys.executable, "-c", PROGRAM.format(children=int(daemon), given=given)],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
+    clean = {k: value for k, value in os.environ.items() if not k.startswith(("OMPI", "PMI"))}
+    program = PROGRAM.format(children=int(daemon), given=given)
+    done = python("-c", program, env=clean | {"TMPDIR": str(tmp_path), **given})
     assert done.returncode == 0, done.stderr
 
 
@@ -106,14 +102,7 @@ assert os.environ["OPENBLAS_NUM_THREADS"] == "2" and os.environ["OMP_NUM_THREADS
 )
 def test_threads(program, given):
     environment = {key: value for key, value in os.environ.items() if key not in VARIABLES}
-    environment |= {"MPI_LOCALNRANKS": "512", **given}
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
+    done = python("-c", program, env=environment | {"MPI_LOCALNRANKS": "512", **given})
     assert done.returncode == 0, done.stderr
 
 
@@ -137,9 +126,7 @@ except signals.Interrupted as interrupted:
 
 
 def test_a_signal_while_rubbish_is_collected_is_not_lost():
-    done = subprocess.run(
-        [sys.executable, "-c", SIGNALLED], capture_output=True, text=True, timeout=300
-    )
+    done = python("-c", SIGNALLED)
     assert done.returncode == 0 and done.stderr == ""
     assert done.stdout.splitlines() == ["works on", "SIGTERM; nothing was written"]
 
@@ -148,15 +135,10 @@ CONFIG = Path(__file__).parents[2] / "configs/example1.toml"
 
 
 @pytest.mark.parametrize("megabytes", [100, 250, 400])
-def test_a_limit_that_the_libraries_exceed(megabytes, tmp_path):
-    limit = megabytes * 2**20
-    done = subprocess.run(
-        [sys.executable, "-m", "petcontact", "solve", str(CONFIG), "--no-figures"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
-    )
+def test_a_limit_of_memory_that_the_libraries_exceed(megabytes, tmp_path):
+    limit = megabytes * 2**20, megabytes * 2**20
+    words = "-m", "petcontact", "solve", str(CONFIG), "--no-figures"
+    limited = lambda: resource.setrlimit(resource.RLIMIT_AS, limit)  # noqa: E731
+    done = python(*words, cwd=tmp_path, preexec_fn=limited)
     assert (done.returncode, done.stdout) == (1, "")
     assert "out of memory" in done.stderr and done.stderr.count("\n") == 1, done.stderr

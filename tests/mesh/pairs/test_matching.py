@@ -16,26 +16,19 @@ from petcontact.pipeline.pose.discretise import discretise
 @pytest.mark.parametrize("thin", ["primary", "secondary"])
 def test_a_thin_ring_keeps_elements_that_bend_whichever_side_is_collocated(thin):
     """On a massive core, whose elements alone are 8 times as long as the ring is thick."""
-    inner, outer = 0.88, 1.0
-    material = {"young_modulus": 1.0, "poisson_ratio": 0.3}
-    circles = [
-        {"part": "out", "center": [0.0, 0.0], "radius": outer},
-        {"part": "in", "center": [0.0, 0.0], "radius": inner},
-    ]
-    rim = [{"part": "rim", "center": [0.0, 0.0], "radius": inner}]
-    bodies = [
-        {
+
+    def body(name, size, **radii):
+        circles = [{"part": k, "center": [0.0, 0.0], "radius": r} for k, r in radii.items()]
+        return {
             "name": name,
-            "material": material,
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
             "mesh": {"element_size": size, "order": 2},
-            "geometry": {"shape": "outline", "loops": loops},
+            "geometry": {"shape": "outline", "loops": circles},
         }
-        for name, loops, size in (("ring", circles, 0.12), ("core", rim, 0.9))
-    ]
-    sides = {"primary": "ring.in", "secondary": "core.rim"}
-    if thin == "secondary":
-        sides = {"primary": "core.rim", "secondary": "ring.in"}
-    contact = {"name": "fit", **sides}
+
+    bodies = [body("ring", 0.12, outside=1.0, inside=0.88), body("core", 0.9, rim=0.88)]
+    other = "secondary" if thin == "primary" else "primary"
+    contact = {"name": "fit", thin: "ring.inside", other: "core.rim"}
     problem = parse(Problem, {"body": bodies, "contact": [contact]}, "test")
     ring, core = discretise(problem).meshes
     assert slenderness(ring).max() < 1.5
