@@ -174,33 +174,18 @@ def stress_of_kelvin(r, tangent, poisson_ratio):
 
     Brebbia, Telles and Wrobel (1984), equations for plane strain; r points from y to x.
     """
-    nu = Real(poisson_ratio)
+    nu, delta = Real(poisson_ratio), np.eye(2)
     distance = np.abs(r)
     e, n = np.array([r.real, r.imag]) / distance, np.array([tangent.imag, -tangent.real])
     slope = (e * n).sum(axis=0)
-    d, s = np.zeros((2, 2, 2, len(distance)), Real), np.zeros((2, 2, 2, len(distance)), Real)
-    delta = np.eye(2)
-    for i in range(2):
-        for j in range(2):
-            for k in range(2):
-                d[i, j, k] = (1 - 2 * nu) * (
-                    delta[k, i] * e[j] + delta[k, j] * e[i] - delta[i, j] * e[k]
-                )
-                d[i, j, k] += 2 * e[i] * e[j] * e[k]
-                s[i, j, k] = (
-                    2
-                    * slope
-                    * (
-                        (1 - 2 * nu) * delta[i, j] * e[k]
-                        + nu * (delta[i, k] * e[j] + delta[j, k] * e[i])
-                        - 4 * e[i] * e[j] * e[k]
-                    )
-                )
-                s[i, j, k] += 2 * nu * (n[i] * e[j] * e[k] + n[j] * e[i] * e[k])
-                s[i, j, k] += (1 - 2 * nu) * (
-                    2 * n[k] * e[i] * e[j] + n[j] * delta[i, k] + n[i] * delta[j, k]
-                )
-                s[i, j, k] -= (1 - 4 * nu) * n[k] * delta[i, j]
+    d, s = np.zeros((2, 2, 2, 2, len(distance)), Real)
+    for i, j, k in np.ndindex(2, 2, 2):
+        ij, ki, kj, eee = delta[i, j], delta[k, i], delta[k, j], e[i] * e[j] * e[k]
+        d[i, j, k] = (1 - 2 * nu) * (ki * e[j] + kj * e[i] - ij * e[k]) + 2 * eee
+        s[i, j, k] = (1 - 2 * nu) * ij * e[k] + nu * (ki * e[j] + kj * e[i]) - 4 * eee
+        s[i, j, k] = 2 * slope * s[i, j, k] + 2 * nu * (n[i] * e[j] + n[j] * e[i]) * e[k]
+        s[i, j, k] += (1 - 2 * nu) * (2 * n[k] * e[i] * e[j] + n[j] * ki + n[i] * kj)
+        s[i, j, k] -= (1 - 4 * nu) * n[k] * ij
     return d / (4 * PI * (1 - nu) * distance), -s / (4 * PI * (1 - nu) * distance**2)
 
 

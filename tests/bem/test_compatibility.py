@@ -37,17 +37,20 @@ def test_a_displacement_into_the_contact_is_refused_in_one_line(run, value):
 
 
 @pytest.mark.parametrize(
-    "value", [(0, 0), (0.1, 0), (0.1, "free"), (0.1, "y"), ("1/y", "y"), (0, "y/(y+x)")]
+    ("value", "more"),
+    [
+        *(
+            (value, {})
+            for value in ((0, 0), (0.1, "free"), (0.1, "y"), ("1/y", "y"), (0, "y/(y+x)"))
+        ),
+        ((0, 0.1), {"normal": "unilateral"}),
+        ((0, 0.1), {"normal": "bilateral", "gap": 0.1}),
+    ],
 )
-def test_what_is_compatible_or_cannot_be_known_is_taken(value):
-    given = problem(value)
+def test_what_is_compatible_or_cannot_be_known_is_taken(value, more):
+    """Only contact without a gap that holds both ways counts."""
+    given = problem(value, **more)
     check_compatible(given.geometry.outline(), given.body[0])
-
-
-def test_only_contact_without_gap_that_holds_both_ways_counts():
-    for more in ({"normal": "unilateral"}, {"normal": "bilateral", "gap": 0.1}):
-        given = problem((0, 0.1), **more)
-        check_compatible(given.geometry.outline(), given.body[0])
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from examples import example
 from prepared import operators
@@ -29,16 +30,11 @@ def under(traction):
 
 
 @pytest.mark.parametrize(("size", "order"), [(0.05, 0), (0.1, 3)])
-def test_sides_of_equal_elements(size, order):
-    counts = [round(length / size) * (order + 1) for length in (8.0, 4.0, 8.0, 4.0)]
-    ends = [sum(counts[: i + 1]) for i in range(4)]
-    expected = [
-        Stretch(end - count, end, order + 1) for end, count in zip(ends, counts, strict=True)
-    ]
+def test_sides_of_equal_elements_and_graded_ones_that_are_none(size, order):
+    nodes = [round(length / size) * (order + 1) for length in (8.0, 4.0, 8.0, 4.0)]
+    ends = np.cumsum(nodes).tolist()
+    expected = [Stretch(b - count, b, order + 1) for b, count in zip(ends, nodes, strict=True)]
     assert found(mesh=MeshOptions(element_size=size, order=order)) == expected
-
-
-def test_graded_elements_are_no_stretch():
     assert found(mesh=MeshOptions(order=2, grading=0.4, levels=9)) == []
 
 
@@ -61,12 +57,10 @@ def test_data_that_vary_are_columns_of_their_own():
 def test_entries_that_do_not_repeat_are_noticed(monkeypatch):
     """A kernel of a user's own may know where it is."""
     plain = BoundaryOperators.system_entries
-    monkeypatch.setattr(
-        BoundaryOperators,
-        "system_entries",
-        lambda self, rows, columns: (
-            plain(self, rows, columns) * (1.0 + 1e-7 * self.mesh.x[columns, 0].repeat(2))
-        ),
-    )
+
+    def entries(self, rows, columns):
+        return plain(self, rows, columns) * (1.0 + 1e-7 * self.mesh.x[columns, 0].repeat(2))
+
+    monkeypatch.setattr(BoundaryOperators, "system_entries", entries)
     stretches = found(mesh=MeshOptions(element_size=0.05))
     assert [(s.start, s.stop) for s in stretches] == [(160, 240), (400, 480)]

@@ -4,7 +4,6 @@ more."""
 from __future__ import annotations
 
 import itertools
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +12,6 @@ from reduced_system import coulomb
 from petcontact.contact.active_set.complementarity import complementary_guesses, lemke
 from petcontact.contact.active_set.pivots import pivots
 from petcontact.contact.active_set.solvers import DenseActiveSetSolver
-from petcontact.contact.laws import STEEP, SignoriniCoulomb
-from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.system import Modes
 
 
@@ -76,25 +73,3 @@ def test_a_drawer_jams_where_friction_is_more_than_its_length_over_twice_the_off
             assert system.modes.unbalanced(step.sigma) == pytest.approx(np.zeros(3), abs=1e-9)
             break
     assert any(ends) == holds
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_nodes_whose_sets_cycle_are_pivoted_on_alone(seed):
-    """The others stay on their pieces of a solution: pivots on two nodes that are on wrong ones
-    find it again, with a bound that falls to 0 within a thousandth of it where contact opens."""
-    random, each = np.random.default_rng(seed), np.ones(6)
-    root = random.normal(size=(12, 12))
-    system = SimpleNamespace(
-        weight=1.0 + random.random(6),
-        modes=None,
-        matrix_free=False,
-        u_0=random.normal(size=(6, 2)),
-        compliance=lambda: root @ root.T + np.eye(12),
-    )
-    law, cycling = SignoriniCoulomb(STEEP * each, 0.3 * each, each > 0.0, 2), np.arange(6) < 2
-    tau, sigma, _ = next(complementary_guesses(system, law, each > 0.0))
-    pieces = Linearisation.from_law(law, tau)
-    given = pieces, np.where(cycling[:, None], 7.0, sigma)
-    found, again, _ = next(complementary_guesses(system, law, cycling, given))
-    assert again == pytest.approx(sigma, abs=1e-9) and sigma.any()
-    assert (law.states(found) == pieces.states).all()

@@ -4,18 +4,17 @@ Python and by command."""
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 from marks import some
-from problems import block, contact_pair
+from problems import block, contact_pair, obstacle, posed
 
 from petcontact import InputError, read_result, solve
 from petcontact.geometry.rotation import lifted
-from petcontact.model.case import load, parse_problem
+from petcontact.model.case import load
 from petcontact.results.peaks import stress_peaks
 from petcontact.results.tables import boundary_table
 
@@ -33,42 +32,19 @@ def config(name, overrides):
     return load(CONFIGS / f"{name}.toml", overrides)
 
 
-TURNED = """
-symmetry = "axial"
-[[obstacle]]
-name = "chuck"
-rotation = 2e-3
-displacement = [0.0, -1e-3]
-[[contact]]
-name = "turned"
-secondary = "body.top"
-primary = "chuck"
-friction_coefficient = 0.5
-[material]
-young_modulus = 1.0
-poisson_ratio = 0.3
-[geometry]
-shape = "rectangle"
-lower_left = [0.0, 0.0]
-upper_right = [1.0, 1.0]
-[mesh]
-element_size = 0.25
-order = 2
-[[boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[boundary]]
-part = "right"
-condition = "traction"
-value = [0.0, 0.0, 1e-4]
-"""
+ROD = {"bottom": [0.0, 0.0], "right": ("traction", [0.0, 0.0, 1e-4])}
+TURNED = (
+    'symmetry = "axial"\n'
+    + block("rod", [0.0, 0.0], [1.0, 1.0], mesh="element_size = 0.25, order = 2", **ROD)
+    + obstacle("chuck", [0.0, -1e-3], "rotation = 2e-3")
+    + contact_pair("turned", "rod.top", "chuck", 0.5)
+)
 
 
 PROBLEMS = {
     "plane, one body": lambda: config("example1", {"mesh.element_size": 0.5}),
-    "plane, bodies": lambda: parse_problem(tomllib.loads(LARGER), "larger", {}, Path()),
-    "torsion": lambda: parse_problem(tomllib.loads(TURNED), "turned", {}, Path()),
+    "plane, bodies": lambda: posed(LARGER),
+    "torsion": lambda: posed(TURNED),
     "space, one body": lambda: config("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
     "space, bodies": lambda: config(
         "space_stack", {f"body.{k}.mesh": {"element_size": 1.0, "order": 1} for k in range(2)}

@@ -176,16 +176,13 @@ def test_displacements_are_shrunk_beyond_the_size_of_bodies_and_magnified_only_w
     plane, size, gap, text
 ):
     solution, _ = plane
-    step, pair = solution.last, solution.problem.contact[0]
-    bodies = {
+    step, problem = solution.last, solution.problem
+    moved = {
         name: BodyResult(size / np.sqrt(2.0) * np.ones_like(body.u), body.traction)
         for name, body in step.bodies.items()
     }
     closed = {name: replace(pair, state=0 * pair.state) for name, pair in step.pairs.items()}
-    contact = (pair.model_copy(update={"gap": gap}),)
-    changed = replace(
-        solution,
-        problem=solution.problem.model_copy(update={"contact": contact}),
-        steps=[replace(step, bodies=bodies, pairs=closed)],
-    )
-    assert view_of(changed).text == text
+    contact = (problem.contact[0].model_copy(update={"gap": gap}),)
+    steps = [replace(step, bodies=moved, pairs=closed)]
+    given = problem.model_copy(update={"contact": contact})
+    assert view_of(replace(solution, problem=given, steps=steps)).text == text

@@ -29,7 +29,6 @@ from petcontact import (
 from petcontact import OutlineSide as Side
 from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.mesh.panelling import facet_mesh
-from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours
 from petcontact.results.figures.plots import drawings, plot_on
@@ -37,7 +36,7 @@ from petcontact.results.figures.space import _front, draw_gap, draw_normal
 from petcontact.results.figures.surface import best_view, draw_surface
 from petcontact.results.figures.view import Chart
 from petcontact.results.vtu.boundary import write_boundary_vtu
-from petcontact.results.vtu.places import small_triangles, vtk_cells
+from petcontact.results.vtu.places import small_triangles
 from petcontact.results.vtu.vtkhdf import write_vtkhdf
 
 LOOP = [Side("foot", (1, 0)), Side("side", (1, 1)), Side("top", (0, 1)), Side("axis", (0, 0))]
@@ -61,10 +60,6 @@ def solution():
     )
 
 
-def quadratic(x):
-    return 1.0 + x[..., 0] - x[..., 1] * x[..., 2] + 0.5 * x[..., 2] ** 2
-
-
 def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
     write_boundary_vtu(tmp_path / "s.vtu", solution)
     found, mesh = meshio.read(tmp_path / "s.vtu"), solution.mesh
@@ -86,29 +81,6 @@ def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
     with h5py.File(tmp_path / "s.vtkhdf") as file:
         types, error = file["VTKHDF/Types"][()], file["VTKHDF/CellData/traction_error"][()]
     assert set(types) == {12, 22, 28} and np.array_equal(np.isnan(error), types == 12)
-
-
-@pytest.mark.parametrize(
-    ("order", "kinds"), [(1, {"triangle", "quad"}), (2, {"triangle6", "quad9"})]
-)
-def test_flat_panels_are_cells_of_the_order_of_their_values(order, kinds):
-    """Nodes of order 2 hold a quadratic function, and the cells have it at their nodes."""
-    corners = np.array(
-        [
-            [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
-            [[0, 0, 0], [0, 1, 0], [0, 0, 1], [np.nan] * 3],
-        ],
-        dtype=float,
-    )
-    mesh = SurfaceMesh(corners, np.array([order, order]), np.zeros(2, dtype=int), ("all",))
-    places, cells = vtk_cells(mesh)
-    assert {kind for kind, _, _ in cells} == kinds
-    at = mesh.variables_at(places.element, places.place)
-    x = np.column_stack([at[axis] for axis in "xyz"])
-    values = mesh.basis_at(places.element, places.place) @ (
-        quadratic(mesh.x) if order == 2 else mesh.x[:, 0]
-    )
-    assert values == pytest.approx(quadratic(x) if order == 2 else x[:, 0], abs=1e-12)
 
 
 @pytest.mark.parametrize("most", [10, 400, 10_000])

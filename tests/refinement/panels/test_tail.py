@@ -4,30 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from facets import box as facet_box
 
 from petcontact.geometry.outline import as_outline
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
-from petcontact.mesh.panelling import box_mesh, facet_mesh
-from petcontact.model.shapes.files import Gmsh
-from petcontact.model.shapes.plane import Polygon, Rectangle
+from petcontact.mesh.panelling import box_mesh
+from petcontact.model.shapes.plane import Rectangle
 from petcontact.model.solver_options import MeshOptions
 from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail
 
 BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
-
-
-def meshes(order, tmp_path):
-    """A box of quadrilaterals, one of triangles, and a rectangle in the plane, elements of about
-    1/4."""
-    file = facet_box(tmp_path / "box.msh", (-2.0, -1.0, 0.0), (2.0, 1.0, 1.0), (8, 4, 2))
-    outline = as_outline(Rectangle((0.0, 0.0), (2.0, 1.0)).outline(), "a test")
-    return [
-        box_mesh(BOX, lambda part: 0.5, order, 1.0),
-        facet_mesh(Gmsh(file=file).outline(), order),
-        mesh_outline(outline, MeshOptions(element_size=0.25, order=order)),
-    ]
 
 
 def inner(mesh, nodes):
@@ -47,24 +33,6 @@ def test_the_rim_is_where_sides_of_other_parts_are_however_large_their_panels():
     assert rim_distance(mesh, nodes, 0.3) == pytest.approx(
         np.where(exact <= 0.3, exact, np.inf), abs=1e-12
     )
-
-
-def test_a_boundary_of_one_part_has_no_rim():
-    disc = as_outline(
-        Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 1.5)), ("around",) * 3).outline(), "a test"
-    )
-    mesh = mesh_outline(disc, MeshOptions(element_size=0.25, order=1))
-    assert np.all(np.isinf(rim_distance(mesh, np.arange(mesh.n_nodes))))
-
-
-@pytest.mark.parametrize("order", [1, 2, 3])
-def test_lower_degrees_have_no_tail_and_the_highest_is_all_tail(order, tmp_path):
-    for mesh in meshes(order, tmp_path):
-        nodes, x = np.arange(mesh.n_nodes), mesh.x[:, :1]
-        assert tail(mesh, nodes, np.hstack([x ** (order - 1), 3.0 + 0.0 * x])).max() < 1e-12
-        found = tail(mesh, nodes, x**order)
-        assert found[np.abs(mesh.normal[:, 0]) < 0.5].min() > 1e-5
-        assert np.ptp(found[mesh.first_node[0] : mesh.first_node[1]]) == 0.0
 
 
 def test_legendre_polynomial_on_its_panel():
