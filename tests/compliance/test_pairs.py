@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from marks import some
 from prepared import compressed_from
-from shapes import cuboid, drawn, elastic, touching
+from shapes import cuboid, drawn, elastic, moved, solid, touching
 
 from petcontact import InputError, SolverError, solve
 from petcontact.compliance.body.dense import DenseBody
@@ -24,41 +24,26 @@ pytestmark = pytest.mark.usefixtures("unestimated")
 TOLERANCE = 1e-5
 
 
+BOTTOM, CURVED = moved("bottom", [0.0, 0.0, 0.0]), "0.05*(x**2 + y**2)"
+
+
 def box(name, lower, upper, size, young, *conditions, **more):
-    return {
-        "name": name,
-        "material": elastic(young, 0.3),
-        "boundary": list(conditions),
-        "geometry": cuboid(lower, upper),
-        "mesh": {"element_size": size, "order": 1},
-        **more,
-    }
-
-
-def held(part, value):
-    return {"part": part, "condition": "displacement", "value": value}
-
-
-def loaded(part, value):
-    return drawn(part, value)
+    mesh = {"element_size": size, "order": 1}
+    body = solid(name, cuboid(lower, upper), *conditions, material=elastic(young, 0.3), mesh=mesh)
+    return body | more
 
 
 def blocks(young=1.0, **contact):
     """Two blocks with a gap, pressed, then pushed."""
-    pressed, pushed = [0.0, 0.0, -0.02], [0.01, 0.0, -0.02]
+    lower = box("lower", [-1, -1, -1], [1, 1, 0], 0.5, young, BOTTOM)
+    upper = box("upper", [-1, -1, 0], [1, 1, 1], 0.5, 1.0, moved("top", [0.0, 0.0, -0.02]))
+    pair = touching("pair", "lower.top", "upper.bottom", **{"gap": CURVED} | contact)
+    push = {"body": "upper", "part": "top", "value": [0.01, 0.0, -0.02]}
     return {
-        "body": [
-            box("lower", [-1, -1, -1], [1, 1, 0], 0.5, young, held("bottom", [0.0, 0.0, 0.0])),
-            box("upper", [-1, -1, 0], [1, 1, 1], 0.5, 1.0, held("top", pressed)),
-        ],
-        "contact": [
-            touching("pair", "lower.top", "upper.bottom", **{"gap": "0.05*(x**2 + y**2)"} | contact)
-        ],
+        "body": [lower, upper],
+        "contact": [pair],
         "method": {"tolerance": 1e-7},
-        "step": [
-            {"name": "press"},
-            {"name": "push", "boundary": [{"body": "upper", "part": "top", "value": pushed}]},
-        ],
+        "step": [{"name": "press"}, {"name": "push", "boundary": [push]}],
     }
 
 
@@ -66,18 +51,13 @@ def floating():
     """A stack of three that contact holds, on panels that do not match, with a point force and
     weight."""
     force = {"at": [0.1, 0, 0.3], "force": [0.001, 0, -0.004]}
+    weight, pull = {"force": [0.0, 0.0, -0.002]}, drawn("top", [0.001, 0.0, -0.01])
+    bottom = box("bottom", [-1, -1, -0.6], [1, 1, 0], 0.6, 1.0, BOTTOM)
     middle = box("middle", [-1, -1, 0], [1, 1, 0.6], 0.6, 3.0, point_force=[force])
-    top = box(
-        "top", [-0.8, -0.7, 0.6], [0.7, 0.8, 1.2], 0.41, 2.0, loaded("top", [0.001, 0.0, -0.01])
-    )
-    bottom = box("bottom", [-1, -1, -0.6], [1, 1, 0], 0.6, 1.0, held("bottom", [0.0, 0.0, 0.0]))
-    return {
-        "body": [bottom, middle, {**top, "loads": {"force": [0.0, 0.0, -0.002]}}],
-        "contact": [
-            touching("one", "middle.bottom", "bottom.top", friction_coefficient=0.4),
-            touching("two", "top.bottom", "middle.top", friction_coefficient=0.3),
-        ],
-    }
+    top = box("top", [-0.8, -0.7, 0.6], [0.7, 0.8, 1.2], 0.41, 2.0, pull, loads=weight)
+    one = touching("one", "middle.bottom", "bottom.top", friction_coefficient=0.4)
+    two = touching("two", "top.bottom", "middle.top", friction_coefficient=0.3)
+    return {"body": [bottom, middle, top], "contact": [one, two]}
 
 
 def punched():
@@ -89,24 +69,18 @@ def punched():
         "force": [0.001, 0.0, -0.02],
         "centre": [0.0, 0.0, 1.0],
     }
-    contact = touching(
-        "one", "block.top", "punch", friction_coefficient=0.4, gap="0.05*(x**2 + y**2)"
-    )
-    block = box("block", [-1, -1, -1], [1, 1, 0], 0.5, 1.0, held("bottom", [0.0, 0.0, 0.0]))
+    contact = touching("one", "block.top", "punch", friction_coefficient=0.4, gap=CURVED)
+    block = box("block", [-1, -1, -1], [1, 1, 0], 0.5, 1.0, BOTTOM)
     return {"body": [block], "obstacle": [punch], "contact": [contact]}
 
 
 def on_ground():
     """A block that lies on rigid ground and is pushed by less than friction holds; one that slides
     on rollers beside it."""
-    ground = {
-        "part": "bottom",
-        "condition": "contact",
-        "normal": "unilateral",
-        "friction_coefficient": 0.5,
-    }
-    free = box("free", [0, 0, 0], [1, 1, 1], 0.5, 1.0, ground, loaded("top", [0.002, 0.0, -0.01]))
-    roller, pressed = held("left", [0.0, "free", "free"]), loaded("top", [0.0, 0.0, -0.02])
+    law = {"normal": "unilateral", "friction_coefficient": 0.5}
+    ground = {"part": "bottom", "condition": "contact", **law}
+    free = box("free", [0, 0, 0], [1, 1, 1], 0.5, 1.0, ground, drawn("top", [0.002, 0.0, -0.01]))
+    roller, pressed = moved("left", [0.0, "free", "free"]), drawn("top", [0.0, 0.0, -0.02])
     return {"body": [free, box("half", [2, 0, 0], [3, 1, 1], 0.5, 2.0, ground, roller, pressed)]}
 
 
@@ -207,7 +181,7 @@ def pushed_too_hard(**step):
 def freed():
     """A block that its sides hold, until a later step frees them."""
     data = on_ground()
-    sides = {"part": "right", "condition": "displacement", "value": [0.0, "free", "free"]}
+    sides = moved("right", [0.0, "free", "free"])
     free = {"body": "free", "part": "right", "value": ["free", "free", "free"]}
     data["body"][0]["boundary"][1]["value"] = [0.008, 0.0, -0.01]
     data["body"][0]["boundary"].append(sides)
@@ -244,7 +218,7 @@ def test_an_elastic_residual_of_some_times_the_tolerance_is_accepted(times, stat
     assert ("elastic residual 6.0e-04 > 0.0005" in found.reason) == (status == "failed")
 
 
-MOVED = held("top", ["0.02 - 0.01*y", "0.01*x", 0.01])
+MOVED = moved("top", ["0.02 - 0.01*y", "0.01*x", 0.01])
 PLATE = {"geometry": cuboid([0, 0, 0], [8, 2, 0.4]), "mesh": {"element_size": 0.8, "order": 0}}
 
 
@@ -254,9 +228,9 @@ PLATE = {"geometry": cuboid([0, 0, 0], [8, 2, 0.4]), "mesh": {"element_size": 0.
         # moved and turned as a whole: taken out of the data, so that the reaction to a small load is
         # not lost in noise
         ([MOVED], {}, False),
-        ([MOVED, loaded("front", [1e-8, 0.0, 0.0])], {}, False),
+        ([MOVED, drawn("front", [1e-8, 0.0, 0.0])], {}, False),
         # constant elements, bent
-        ([held("left", [0.0] * 3), held("right", [0.0, 0.0, 0.5])], PLATE, True),
+        ([moved("left", [0.0] * 3), moved("right", [0.0, 0.0, 0.5])], PLATE, True),
     ],
 )
 def test_noise_of_the_compression_is_no_lack_of_equilibrium(conditions, more, unbalanced):
@@ -278,9 +252,9 @@ def test_faces_that_turn_within_a_cluster_leave_the_coarse_level_regular():
         0,
         0.3,
         1.0,
-        held("inner", [0.05, 0.0, 0.0]),
-        held("bottom", ["free", "free", 0.0]),
-        held("top", ["free", "free", 0.0]),
+        moved("inner", [0.05, 0.0, 0.0]),
+        moved("bottom", ["free", "free", 0.0]),
+        moved("top", ["free", "free", 0.0]),
         geometry={"shape": "revolved", "loops": [loop]},
     )
     contact = touching("fit", "pin.outer", "wall", gap="0.01")

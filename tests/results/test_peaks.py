@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from shapes import drawn, elastic, moved, touching
+from shapes import drawn, moved, problem, solid, touching
 
 from petcontact import (
     Box,
@@ -19,7 +19,6 @@ from petcontact import (
     Traction,
     solve,
 )
-from petcontact.model.base import parse
 from petcontact.refinement.singular_points import corner_exponents
 from petcontact.results.peaks import stress_peaks
 from petcontact.results.unbounded import unbounded_places
@@ -93,21 +92,13 @@ def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
     other one that reach beyond the block press on nothing."""
     upper = [[-1.0, 0.05], [1.0, 0.01], [1.0, 1.0], [-1.0, 1.0]]
     lower = [[-1.5, -1.0], [1.5, -1.0], [1.5, 0.0], [-1.5, 0.0]]
+    mesh = {"element_size": 0.5}
     bodies = [
-        {
-            "name": name,
-            "material": elastic(1.0, 0.3),
-            "mesh": {"element_size": 0.5},
-            "boundary": [moved(part, [0.0, lift])],
-            "geometry": four_sided(corners),
-        }
-        for name, corners, part, lift in (
-            ("upper", upper, "top", -0.05),
-            ("lower", lower, "bottom", 0.0),
-        )
+        solid("upper", four_sided(upper), moved("top", [0.0, -0.05]), mesh=mesh),
+        solid("lower", four_sided(lower), moved("bottom", [0.0, 0.0]), mesh=mesh),
     ]
-    data = {"body": bodies, "contact": [touching("pair", "upper.bottom", "lower.top")]}
-    solution = solve(parse(Problem, data, "tilted"))
+    pairs = [touching("pair", "upper.bottom", "lower.top")]
+    solution = solve(problem(body=bodies, contact=pairs))
     places = unbounded_places(solution, solution.last)
     under = [place.x for place in places["lower"] if "under" in place.sides]
     np.testing.assert_allclose(under, [[-1.0 - 0.05 * 0.02, 0.0], [1.0 - 0.01 * 0.02, 0.0]], 1e-12)
@@ -121,17 +112,13 @@ def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
     turn = np.array([[np.cos(way), -np.sin(way)], [np.sin(way), np.cos(way)]])
     corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.8, 1.0], [0.0, 1.0]]) @ turn.T
     held = [0.0, "free"] if turned == 90.0 else ["free", 0.0]
-    loads = [drawn("top", [0.1, 0.1]), drawn("right", [0.0, 0.0])]
-    data = {
-        "material": elastic(1.0, 0.3),
-        "mesh": {"element_size": 0.5},
-        "geometry": four_sided(corners),
-        "boundary": [moved("bottom", held), moved("left", [0.0, 0.0]), *loads],
-    }
-    problem = parse(Problem, data, "roller")
-    solution, outline = solve(problem), problem.boundaries[0]
+    sides = [moved("bottom", held), moved("left", [0.0, 0.0])]
+    sides += [drawn("top", [0.1, 0.1]), drawn("right", [0.0, 0.0])]
+    block = solid("block", four_sided(corners), *sides, mesh={"element_size": 0.5})
+    given = problem(body=[block])
+    solution, outline = solve(given), given.boundaries[0]
     (places,) = unbounded_places(solution, solution.last).values()
-    exponents = corner_exponents(problem.body[0], outline)
+    exponents = corner_exponents(given.body[0], outline)
     expected = [
         side.start for side, (least, _) in zip(outline.sides, exponents, strict=True) if least < 1.0
     ]

@@ -14,7 +14,7 @@ from curved_bodies import as_surface, icosphere
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from problems import block, contact_pair, posed
-from shapes import elastic, moved, touching
+from shapes import moved, problem, solid, touching
 
 from petcontact import (
     Contact,
@@ -29,7 +29,6 @@ from petcontact import (
 from petcontact import OutlineSide as Side
 from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.mesh.panelling import facet_mesh
-from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours
 from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import _front, draw_gap, draw_normal
@@ -137,16 +136,11 @@ def test_the_pressure_at_a_sharp_rim_does_not_set_the_colours(solution):
 def test_a_smooth_ball_that_hardly_touches_its_floor():
     """What is in contact fills the picture, with some nodes beside it and their levels, along the
     axes of the floor; there is no picture of friction."""
-    body = {
-        "name": "ball",
-        "material": elastic(1.0, 0.3),
-        "mesh": {"element_size": 0.4, "order": 1},
-        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
-        "boundary": [moved("top", [0.0, 0.0, -0.01])],
-    }
+    sphere = {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0}
+    mesh, lowered = {"element_size": 0.4, "order": 1}, moved("top", [0.0, 0.0, -0.01])
     floor = touching("foot", "ball.bottom", "ground", gap="z", direction=[0, 0, -1])
-    data = {"body": [body], "obstacle": [{"name": "ground"}], "contact": [floor]}
-    ball = solve(parse(Problem, data, "ball"))
+    tables = {"obstacle": [{"name": "ground"}], "contact": [floor]}
+    ball = solve(problem(body=[solid("ball", sphere, lowered, mesh=mesh)], **tables))
     pair, figure = ball.pairs["foot"], Figure()
     place, closed = pair.x[:, :2], pair.state != OPEN
     draw_gap(figure, ball)
