@@ -87,17 +87,6 @@ def test_nodes_of_arcs_lie_on_the_circle_for_every_order():
         assert m.weight.sum() == pytest.approx(2.0 * math.pi * 2.5, rel=1e-13)
 
 
-def test_arc_length_runs_along_the_part():
-    m = mesh(TOE, element_size=0.5, order=1)
-    for part in m.part_names:
-        s = m.arc_length[m.nodes_of(part)]
-        assert np.all(np.diff(s) > 0.0) and s[0] > 0.0
-    toe = m.nodes_of("toe")
-    assert np.allclose(
-        m.arc_length[toe], np.arctan2(m.x[toe, 1] - 1.0, m.x[toe, 0] - 1.0) % (2.0 * np.pi) - np.pi
-    )
-
-
 def test_graded_mesh_shrinks_by_the_ratio_towards_corners_and_points():
     m = mesh(BOX, grading=0.4, levels=6, graded_points=((3.0, 0.0),))
     bottom = np.flatnonzero(m.part == 0)

@@ -45,7 +45,7 @@ PROBLEMS = {
     "plane, one body": lambda: config("example1", {"mesh.element_size": 0.5}),
     "plane, bodies": lambda: posed(LARGER),
     "torsion": lambda: posed(TURNED),
-    "space, one body": lambda: config("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
+    "space, one body": lambda: config("space_b", {"mesh.element_size": 4.0, "mesh.order": 0}),
     "space, bodies": lambda: config(
         "space_stack", {f"body.{k}.mesh": {"element_size": 1.0, "order": 1} for k in range(2)}
     ),
