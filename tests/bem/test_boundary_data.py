@@ -162,19 +162,6 @@ def test_ill_posed_problems_are_refused_in_one_line(boundary, message):
     assert "\n" not in str(caught.value)
 
 
-def test_a_disc_held_by_contact_can_rotate():
-    disc = SideBySide(
-        loops=(
-            (
-                {"part": "bed", "to": (1, 0), "through": (0, -1)},
-                {"part": "rim", "to": (-1, 0), "through": (0, 1)},
-            ),
-        )
-    )
-    assert motions(contact("bed", 0.0), *free("rim"), body=disc) == 3
-    assert motions(contact("bed"), Displacement(part="rim", value=("free", 0.0)), body=disc) == 0
-
-
 def test_bodies_of_any_size_are_judged_alike():
     """Whether a body is held depends on its shape only: 1e-6 of a unit, 1e6 units, far off the
     origin."""

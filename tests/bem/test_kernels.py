@@ -73,6 +73,7 @@ def test_plane_stress_is_plane_strain_with_other_constants():
     ratio = stress.poisson_ratio / (1.0 + stress.poisson_ratio)
     young = 2.0 * stress.shear_modulus * (1.0 + ratio)
     same = case.material.model_copy(update={"poisson_ratio": ratio, "young_modulus": young})
+    assert stress.plane_strain_ratio == pytest.approx(ratio)
     one, other = Kelvin2D(stress, 1.0), Kelvin2D(same, 1.0)
     assert one.traction_scale == pytest.approx(other.traction_scale)
     assert one.half_space_compliance == pytest.approx(2.0 / (np.pi * stress.young_modulus))

@@ -81,27 +81,3 @@ def test_blocks_are_the_whole_matrix():
         system, beside = ops.all_entries(rows, columns)
         assert np.array_equal(system, ops.system_entries(rows, columns))
         assert np.allclose(beside, outer[np.ix_(pairs[0], slots)], atol=1e-14)
-
-
-def test_contact_columns_in_any_directions():
-    """The normal traction looked for as well: two columns a contact node, along the axes, and the
-    same residual."""
-    coulomb = Contact(part="a", normal="bilateral", friction_coefficient=0.3)
-    ops = operators_of(
-        problem_of(1).model_copy(update={"boundary": (coulomb, *problem_of(1).boundary[1:])})
-    )
-    m, everything = len(ops.data.contact_nodes), np.arange(ops.mesh.n_nodes)
-    assert ops.data.contact_directions.shape == (m, 2)
-    assert ops.data.traction_known[ops.data.contact_nodes].all()
-    frame = ops.data.contact_frame
-    assert np.allclose(frame, np.eye(2))
-    rng = np.random.default_rng(3)
-    x, sigma = rng.standard_normal(ops.n_unknowns), rng.standard_normal((m, 2))
-    u, traction = ops.split(x, END, sigma)
-    assert np.allclose(np.einsum("mkd,md->mk", frame, traction[ops.data.contact_nodes]), sigma)
-    system, contact, loads = filled(ops)
-    assert contact.shape == (ops.n_unknowns, 2 * m)
-    expected = system @ x - contact @ sigma.ravel() / ops.traction_scale - loads[:, 1]
-    assert np.allclose(ops.residual(everything, u, traction).ravel(), expected, atol=1e-12)
-    entries = ops.outer_entries(everything, everything)
-    assert np.allclose(entries[:, ops.of_contact], contact, atol=1e-14)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hodlr_kernels import CASES, Mixed, Partial, case, circle, dense, star
+from hodlr_kernels import CASES, Mixed, Partial, case, circle, dense
 from marks import slow
 
 from petcontact.compression.hodlr import compress, factor
@@ -53,22 +53,6 @@ def test_rows_to_the_tolerance(name, tol, rng):
     matrix = compressed(operator, tol)
     # many small loops close together are sampled at the limit
     assert row_error(matrix, dense(operator)) <= (25 if name == "holes" else 5) * tol
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_random_outlines(seed):
-    rng = np.random.default_rng(seed)
-    n_corners = int(rng.integers(3, 12))
-    nodes = star(
-        rng,
-        n_corners,
-        int(rng.integers(150 // n_corners, 500 // n_corners)),
-        10 ** rng.uniform(0, 5),
-    )
-    operator = Mixed(nodes, rng.random(len(nodes)) < 0.5 if seed % 2 else None)
-    tol = 10 ** rng.uniform(-11, -4)
-    matrix = compressed(operator, tol, leaf=int(rng.integers(8, 40)))
-    assert row_error(matrix, dense(operator)) <= 5 * tol
 
 
 @pytest.mark.parametrize(("name", "threads"), turned([1, 3]))

@@ -8,7 +8,6 @@ from shapes import drawn, moved
 from smooth_field import STEEL, boundary_data, exact, meshed
 
 from petcontact import MeshOptions, Problem, Rectangle, field_at, solve
-from petcontact.fields.joints import Joints
 from petcontact.geometry.arcs import end_tangents
 
 DISTANCES = (1e-2, 1e-3, 1e-10)
@@ -86,24 +85,3 @@ def test_a_traction_that_jumps_in_truth_still_jumps():
     assert np.abs(vertical - [-1.0, -1.0, -1.0, 0.0, 0.0, 0.0]).max() < 0.3
     assert np.abs(shear).max() < 0.05
     assert vertical[2] < vertical[3] - 0.4
-
-
-def test_fields_run_on_into_the_neighbourhoods_of_joints():
-    """No step at the rim of a neighbourhood: neither the points inside nor those outside are
-    sampled alone."""
-    mesh = meshed(element_size=0.2, order=2)
-    x, inwards = next_to_joints(mesh, False)
-    data = boundary_data(mesh)
-    radius = 0.2 * mesh.length.max()
-    r = np.linspace(0.2 * radius, 1.1 * radius, 200)
-    points = x[5] + r[:, None] * inwards[5]
-    assert (
-        0
-        < sum(
-            len(near.rows)
-            for near in Joints(mesh, *(values[..., None] for values in data)).near(points)
-        )
-        < 200
-    )
-    error = field_at(mesh, *data, STEEL, points)[1] - exact(points)[1]
-    assert np.abs(np.diff(error, axis=0)).max() < 0.1 * np.ptp(error, axis=0).max()

@@ -218,34 +218,6 @@ def test_sides_that_go_on_are_joined(count):
         assert side.length == pytest.approx(whole.length)
 
 
-def test_what_does_not_go_on_is_not_joined():
-    body = Rectangle(lower_left=(0, 0), upper_right=(2, 1)).outline()
-    assert body.joined is body
-    parts = [
-        Side(np.array(a), np.array(b), part)
-        for a, b, part in (
-            ((0.0, 0.0), (1.0, 0.0), "bed"),
-            ((1.0, 0.0), (2.0, 0.0), "rail"),  # straight on, another part
-            ((2.0, 0.0), (2.0, 1.0), "wall"),
-            ((2.0, 1.0), (1.0, 1.001), "wall"),
-            ((1.0, 1.001), (0.0, 0.0), "wall"),
-        )
-    ]
-    apart = Outline((tuple(parts),))
-    assert apart.joined is apart
-    # a straight side into an arc, without a corner
-    ends = {"to": (2, 1), "radius": 0.5}, {"to": (0, 0), "radius": 0.5}
-    slot = outline(
-        (
-            straight("s", 2, 0),
-            {"part": "s", **ends[0]},
-            straight("s", 0, 1),
-            {"part": "s", **ends[1]},
-        )
-    )
-    assert slot.joined is slot
-
-
 @pytest.mark.parametrize("exterior", [False, True])
 def test_sizes_are_those_of_the_polygon(exterior):
     """Convex outlines are measured without shapely, all others with it."""

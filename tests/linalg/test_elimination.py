@@ -21,34 +21,6 @@ def by_column(matrix):
     return np.array(matrix.T, order="C")
 
 
-@pytest.mark.parametrize(
-    "mesh", [MeshOptions(element_size=0.5), MeshOptions(element_size=0.8, order=2)]
-)
-@pytest.mark.parametrize("place", ["first", "last", "anywhere"])
-def test_eliminated_is_solved_wherever_the_unknowns_stand(mesh, place, comm):
-    """Against numpy's solution of all unknowns, for two loads and several tractions at a time."""
-    ops = operators(example(2, mesh=mesh))
-    system, contact, loads = filled(ops)
-    loads = np.column_stack([loads[:, 1], np.cos(np.arange(len(loads)))])
-    n, m = contact.shape
-    kept = {
-        "first": np.arange(m),
-        "last": np.arange(n - m, n),
-        "anywhere": ops.data.contact_unknowns,
-    }[place]
-    rest, moved = np.linalg.solve(system, loads), np.linalg.solve(system, contact)
-    found = Elimination(*map(by_column, (system, contact, loads)), kept, comm)
-    np.testing.assert_allclose(found.at_rest, rest[kept], rtol=0.0, atol=1e-12 * np.abs(rest).max())
-    np.testing.assert_allclose(
-        found.influence, moved[kept], rtol=0.0, atol=1e-12 * np.abs(moved).max()
-    )
-    shares, y = np.array([0.3, -2.0]), np.random.default_rng(1).standard_normal(m)
-    every = rest @ shares + moved @ y
-    np.testing.assert_allclose(
-        found.unknowns(shares, y), every, rtol=0.0, atol=1e-12 * np.abs(every).max()
-    )
-
-
 def test_kinds_that_share_no_entry_have_a_factorisation_each(comm):
     """As torsion of a body of revolution, which elasticity does not couple with the rest; a border
     row goes with its own kind. One entry of a kept unknown's column couples all again."""

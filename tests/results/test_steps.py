@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import tomllib
-from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -13,7 +12,6 @@ import pytest
 from problems import posed
 
 from petcontact import Problem, read_result, solve
-from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.base import parse
 from petcontact.results.hdf5 import write_solution
@@ -47,38 +45,6 @@ increments = 2
 name = "weight"
 force = [0.0, -0.02]
 """
-
-
-@pytest.fixture(scope="module")
-def disc():
-    return solve(posed(DISC))
-
-
-def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc, monkeypatch):
-    radius, angle = np.meshgrid([0.3, 0.9, 0.999, 1.0], np.linspace(0.0, 6.0, 7))
-    x = np.column_stack([(radius * np.cos(angle)).ravel(), 1.0 + (radius * np.sin(angle)).ravel()])
-    counted, whole = [], Kelvin2D.stress_integrals
-
-    def counting(*given):
-        counted.append(len(given[1].point))
-        return whole(*given)
-
-    monkeypatch.setattr(Kelvin2D, "stress_integrals", counting)
-    single = [disc.state_at(x, step=k) for k in (1, 2, 3)]
-    one_by_one, counted[:] = sum(counted), []
-    together = disc.states_at(x, [1, 2, 3])
-    assert 3 * sum(counted) == one_by_one
-    for ours, alone in zip(together, single, strict=True):
-        size = np.abs(alone.stress).max()
-        assert np.allclose(ours.u, alone.u, rtol=0.0, atol=1e-13)
-        assert np.allclose(ours.stress, alone.stress, atol=1e-9 * size)
-    assert not np.allclose(together[0].stress, together[2].stress, rtol=0.1)
-
-
-def test_a_verdict_without_numbers_tells_nothing_of_an_obstacle(disc):
-    """A signal leaves none."""
-    verdicts = disc.verdict(), replace(disc, written=()).verdict()
-    assert ["    floor: " in text for text in verdicts] == [True, False]
 
 
 BLOCK = """

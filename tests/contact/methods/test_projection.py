@@ -79,6 +79,8 @@ def test_history_says_what_happened(posed):
 
 def test_rules_and_parameters_reach_one_solution(posed):
     exact = run_project(posed, tolerance=1e-11)
+    again = run_project(posed, start=(exact.v, exact.sigma))
+    assert again.converged and len(again.history) <= 2
     for rho in (1.0, 1e7):
         for name in ("self-adaptive", "modified", "modified-safeguarded"):
             state = run_project(posed, make_rule(Method(rule=name)), rho, 1e-11)
