@@ -6,54 +6,35 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from examples import example
+from kernel_oracle import free, outline
 from prepared import operators
 
 from petcontact import Displacement, MeshOptions
 from petcontact.bem import kernels as bem_kernels
 from petcontact.bem.column_fillers import CompiledFiller, PlainFiller
-from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
-from petcontact.mesh.basis import gauss
+from petcontact.bem.kelvin2d.integrals import Targets, integrals
 
 
-def loop_of(points, order):
-    """Straight elements through the vertices of a closed polygon, each on a line of its own but the
-    first three."""
-    n = len(points)
-    line = np.arange(n)
-    line[:3] = 0
-    return Elements(points, np.roll(points, -1, axis=0), np.zeros(n), order, line, np.arange(n))
-
-
-def elements_and_targets(unit, order=0):
-    """A polygon with long and short elements, two of them in one line with the first; its nodes,
-    points near and far."""
+def elements_and_targets(order):
+    """A polygon of long and short elements; its nodes, points near and far."""
     rng = np.random.default_rng(7)
     angle = np.sort(rng.uniform(0.3, 2 * np.pi, 37))
     straight = np.array([[4.0, -1.0], [4.0, -0.3], [4.0, 0.5], [4.0, 0.501]])
-    points = unit * np.concatenate(
-        [straight, np.stack([3 * np.cos(angle), 2 * np.sin(angle)], axis=1)]
-    )
-    elements = loop_of(points, order)
-    xi = gauss(order)[0]
-    share = 0.5 * (1.0 + xi)[:, None]
-    nodes = (elements.start[:, None] + share * (elements.end - elements.start)[:, None]).reshape(
-        -1, 2
-    )
-    near = nodes + 1e-3 * unit * rng.standard_normal(nodes.shape)
-    away = unit * 10.0 ** rng.uniform(-1, 6, (300, 1)) * rng.standard_normal((300, 2))
-    ends = elements.start + 1e-6 * unit * rng.standard_normal(elements.start.shape)
-    point = np.concatenate([nodes, near, ends, away])
-    own = np.full(len(point), -1)
-    own[: len(nodes)] = np.repeat(elements.index, order + 1)
-    place = np.zeros(len(point))
-    place[: len(nodes)] = np.tile(xi, len(elements.index))
-    return elements, Targets(point, np.where(own < 0, -1, elements.line[own]), own, place)
+    bent = np.stack([3 * np.cos(angle), 2 * np.sin(angle)], axis=1)
+    elements, nodes = outline(np.concatenate([straight, bent]), [0.0, 1.0], order)
+    near = nodes.point + 1e-3 * rng.standard_normal(nodes.point.shape)
+    ends = elements.start + 1e-6 * rng.standard_normal(elements.start.shape)
+    away = 10.0 ** rng.uniform(-1, 6, (300, 1)) * rng.standard_normal((300, 2))
+    beside = free(np.concatenate([near, ends, away]))
+    fields = ("point", "line", "element", "xi")
+    pairs = ([getattr(each, name) for each in (nodes, beside)] for name in fields)
+    return elements, Targets(*map(np.concatenate, pairs))
 
 
 @pytest.mark.parametrize("order", range(6))
 def test_digits_do_not_depend_on_the_company(order):
     """One target or many, one element or many: the same bits."""
-    elements, targets = elements_and_targets(1.0, order)
+    elements, targets = elements_and_targets(order)
     whole = integrals(targets, elements, 0.3, 1.0)
     for rows in (slice(0, 1), slice(3, 5), slice(40, 110), slice(7, None, 9)):
         some = Targets(
