@@ -112,3 +112,16 @@ def a_curved_panel(
         panels = make_curved_panels(points[None], order, np.arange(1))[0]
         if panels.distortion[0] <= 2.0:
             return panels
+
+
+def vector_area(mesh):
+    """The integral of the normal, ½ ∮ x × dx around each curved panel: 0 of a closed surface."""
+    triangle, total = np.isnan(mesh.corners[:, 3, 0]), np.zeros(3)
+    for mine, count in ((triangle, 3), (~triangle, 4)):
+        a, m = mesh.corners[mine, :count], mesh.middles[mine, :count]
+        c = np.roll(a, -1, axis=1)
+        for s, weight in zip(*np.polynomial.legendre.leggauss(3), strict=True):
+            x = 0.5 * s * (s - 1) * a + (1 - s * s) * m + 0.5 * s * (s + 1) * c
+            dx = (s - 0.5) * a - 2 * s * m + (s + 0.5) * c
+            total += 0.5 * weight * np.cross(x, dx).sum(axis=(0, 1))
+    return total

@@ -7,7 +7,7 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
-from curved_bodies import as_surface
+from curved_bodies import as_surface, vector_area
 from marks import slow
 
 from petcontact import Circle, InputError, Revolved
@@ -60,19 +60,6 @@ def test_area_and_volume_are_those_of_quadratic_panels(name):
         order > (1.5 if name == "cone" else 2.0) or coarse < 2e-4
     )  # a tip has eight panels
     assert body.outline().area == pytest.approx(exact[0], rel=2e-3)
-
-
-def vector_area(mesh):
-    """The integral of the normal, ½ ∮ x × dx around each curved panel: 0 of a closed surface."""
-    triangle, total = np.isnan(mesh.corners[:, 3, 0]), np.zeros(3)
-    for mine, count in ((triangle, 3), (~triangle, 4)):
-        a, m = mesh.corners[mine, :count], mesh.middles[mine, :count]
-        c = np.roll(a, -1, axis=1)
-        for s, weight in zip(*np.polynomial.legendre.leggauss(3), strict=True):
-            x = 0.5 * s * (s - 1) * a + (1 - s * s) * m + 0.5 * s * (s + 1) * c
-            dx = (s - 0.5) * a - 2 * s * m + (s + 0.5) * c
-            total += 0.5 * weight * np.cross(x, dx).sum(axis=(0, 1))
-    return total
 
 
 @pytest.mark.parametrize("name", ["cone", "cylinder", "slice of a ball", slow("half torus")])

@@ -3,22 +3,23 @@ moments give the ellipse."""
 
 import numpy as np
 import pytest
+from curved_bodies import vector_area
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from petcontact import OutlineSide, Revolved
+from petcontact.geometry.round_surfaces import CylinderSurface, SphereSurface
 from petcontact.geometry.surface import BoxSurface
-from petcontact.mesh.panelling import box_mesh
-from petcontact.refinement.panels import rings as module
+from petcontact.mesh.panelling import box_mesh, round_mesh
 from petcontact.refinement.panels.patches import patches_of
+from petcontact.refinement.panels.rings import ringed, sector
 from petcontact.refinement.panels.zone import ELONGATED, ContactEllipse, stick_of, zone_of
 
-SHAPE = BoxSurface(np.array([-1.5, -1.0, -2.0]), np.array([1.5, 2.0, 0.0]))
-BOX = box_mesh(SHAPE, lambda part: 0.75, 1, 1.0)
-
-
-def ringed(mesh, part, zone, rings, *stick):
-    patch = next(patches_of(SHAPE, mesh, mesh, part, zone, module.sector(rings)), None)
-    return None if patch is None else module.ringed(patch, zone, rings, *stick)
+BOX = BoxSurface(np.array([-1.5, -1.0, -2.0]), np.array([1.5, 2.0, 0.0]))
+BALL = SphereSurface(np.zeros(3), 1.0)
+CYLINDER = CylinderSurface(np.array([0.0, 0.0, -2.0]), np.array([0.0, 0.0, 2.0]), 1.0)
+CAP = [("bottom", (1.0, 0.0), 1.0), ("top", (0.0, 0.0), None), ("axis", (0.0, -1.0), None)]
+HALF = Revolved([[OutlineSide(part, to, radius=radius) for part, to, radius in CAP]]).outline()
 
 
 def axes(a, b, angle):
@@ -26,48 +27,92 @@ def axes(a, b, angle):
     return turn * [a, b]
 
 
+def zone_at(point, a, b):
+    """An ellipse on a sphere about the origin."""
+    normal = point / np.linalg.norm(point)
+    first = np.cross(normal, [0.3, 0.5, 0.8])
+    first /= np.linalg.norm(first)
+    return ContactEllipse(point, np.column_stack([a * first, b * np.cross(normal, first)]))
+
+
+def with_rings(surface, part, zone, rings, size, *stick):
+    """The mesh before, and with rings where there is a patch for them."""
+    first = (
+        box_mesh(surface, lambda part: size, 1, 1.0)
+        if surface is BOX
+        else round_mesh(surface, size, 1)
+    )
+    patches = patches_of(surface, first, first, part, zone, sector(rings))
+    made = (ringed(patch, zone, rings, *stick) for patch in patches)
+    return first, next((mesh for mesh in made if mesh is not None), None)
+
+
+def check(surface, part, zone, rings, size, *stick):
+    """The mesh with rings: a closed surface of the same area, whose inner panels cover the zone, or
+    the stick zone, and none of them has nodes on both sides of its edge."""
+    first, mesh = with_rings(surface, part, zone, rings, size, *stick)
+    assert mesh is not None
+    rough = surface is not BOX
+    total = vector_area(mesh) if rough else mesh.weight @ mesh.normal
+    assert np.abs(total).max() < 1e-12 * mesh.weight.sum()
+    area, before = (np.bincount(m.part[m.element], m.weight) for m in (mesh, first))
+    assert area == pytest.approx(before, rel=3e-3 if rough else 1e-12)
+    nodes, edge = mesh.nodes_of(part), (*stick, zone)[0]
+    inner = edge.distance(mesh.x[nodes]) < 1.0
+    a, b = np.linalg.norm(edge.axes, axis=0)
+    covered = mesh.weight[nodes][inner].sum()
+    assert covered == pytest.approx(np.pi * a * b, rel=0.03 if rough else 1e-3)
+    count, some = (np.bincount(mesh.element[nodes], which) for which in (None, inner))
+    assert np.all((some == 0) | (some == count))
+    return mesh
+
+
 @settings(max_examples=5, deadline=None)
 @given(
     st.floats(0.05, 0.7),
     st.floats(0.6, 1.0),
     st.floats(0.0, 3.0),
-    st.sampled_from(["top", "bottom"]),
+    st.sampled_from([("top", 0.0), ("bottom", -2.0)]),
     st.integers(1, 3),
     st.floats(-0.4, 0.4),
 )
-def test_rings_cover_the_face_and_their_inner_ones_the_zone(a, ratio, angle, part, rings, x):
-    mesh = ringed(
-        BOX, part, ContactEllipse(np.array([x, 0.3, 0.0]), axes(a, ratio * a, angle)), rings
-    )
-    assert mesh is not None
-    area = np.bincount(mesh.part, np.bincount(mesh.element, mesh.weight))
-    np.testing.assert_allclose(
-        area, np.bincount(BOX.part, np.bincount(BOX.element, BOX.weight)), rtol=1e-12
-    )
-    nodes = mesh.nodes_of(part)
-    level = {"top": 0.0, "bottom": -2.0}[part]
-    np.testing.assert_allclose(
-        mesh.normal[nodes],
-        np.tile([0.0, 0.0, 1.0 if part == "top" else -1.0], (len(nodes), 1)),
-        atol=1e-12,
-    )
+def test_rings_cover_the_face_of_a_box_and_their_inner_ones_the_zone(a, ratio, angle, on, rings, x):
+    part, level = on
     zone = ContactEllipse(np.array([x, 0.3, level]), axes(a, ratio * a, angle))
-    inner = np.linalg.norm(zone.local(mesh.x[nodes]), axis=1) < 1.0
-    assert mesh.weight[nodes][inner].sum() == pytest.approx(np.pi * a * ratio * a, rel=1e-3)
-    # no panel has nodes on both sides of the edge
-    count, some = (np.bincount(mesh.element[nodes], which) for which in (None, inner))
-    assert np.all((some == 0) | (some == count))
+    mesh = check(BOX, part, zone, rings, 0.75)
+    assert np.abs(mesh.x[mesh.nodes_of(part), 2] - level).max() < 1e-12
 
 
-def test_a_zone_at_the_rim_of_a_face_or_too_long_has_no_rings():
-    assert (
-        ringed(BOX, "top", ContactEllipse(np.array([1.2, 0.0, 0.0]), axes(0.3, 0.3, 0.0)), 2)
-        is None
-    )
-    assert (
-        ringed(BOX, "top", ContactEllipse(np.array([2.0, 0.0, 0.0]), axes(0.3, 0.3, 0.0)), 2)
-        is None
-    )
+@pytest.mark.parametrize(
+    ("rings", "a", "x"),
+    [(1, 0.125, 0.25), (2, 0.125, 0.25), (3, 0.1, 0.0), (3, 0.02, 0.35), (2, 0.2, 0.3)],
+)
+def test_where_panels_would_be_too_distorted_another_patch_has_rings(rings, a, x):
+    """The first of these had none with the first patch."""
+    check(BALL, "bottom", zone_at(np.array([x, x, -np.sqrt(1.0 - 2.0 * x**2)]), a, a), rings, 0.4)
+
+
+@pytest.mark.parametrize(("a", "off"), [(0.05, 0.0), (0.2, 0.0), (0.1, 0.02), (0.02, 0.3)])
+def test_rings_lie_about_the_pole_of_a_body_of_revolution_and_beside_it(a, off):
+    point = np.array([off, 0.0, -np.sqrt(1.0 - off**2)])
+    check(HALF, "bottom", zone_at(point, a, a), 2, 0.4)
+
+
+@pytest.mark.parametrize("off", [0.0, 0.02, -0.02])
+def test_rings_lie_on_a_cylinder_wherever_the_zone_is(off):
+    """On its side, and on its disc: a zone is that of the other side of the contact, which may be
+    curved, so that the middle of its pressure is off the disc."""
+    around = np.array([[0.1, 0.0], [0.0, 0.0], [0.0, 0.2]])
+    check(CYLINDER, "side", ContactEllipse(np.array([0.0, 1.0, 0.1]), around), 2, 0.5)
+    zone = ContactEllipse(np.array([0.2, -0.1, 2.0 + off]), axes(0.15, 0.15, 0.0))
+    mesh = check(CYLINDER, "top", zone, 2, 0.5)
+    assert np.abs(mesh.x[mesh.nodes_of("top")][:, 2] - 2.0).max() < 1e-12
+
+
+@pytest.mark.parametrize("x", [1.2, 2.0])
+def test_a_zone_at_the_rim_of_a_face_or_beyond_it_has_no_rings(x):
+    zone = ContactEllipse(np.array([x, 0.0, 0.0]), axes(0.3, 0.3, 0.0))
+    assert with_rings(BOX, "top", zone, 2, 0.75)[1] is None
 
 
 @pytest.mark.parametrize(("a", "b", "angle"), [(0.8, 0.8, 0.0), (0.9, 0.4, 0.5)])
@@ -103,14 +148,8 @@ def test_contacts_of_other_shapes_have_no_zone():
 def test_panels_end_at_the_edge_of_a_stick_zone_and_lie_close_there(radius, shift, rings):
     zone = ContactEllipse(np.array([0.0, 0.3, 0.0]), axes(0.6, 0.4, 0.7))
     stick = ContactEllipse(zone.centre + zone.axes @ [shift, 0.0], radius * zone.axes)
-    mesh = ringed(BOX, "top", zone, rings, stick)
-    nodes = mesh.nodes_of("top")
-    assert mesh.weight[nodes].sum() == pytest.approx(9.0, rel=1e-12)
-    distance = np.linalg.norm(stick.local(mesh.x[nodes]), axis=1)
-    inner = distance < 1.0
-    assert mesh.weight[nodes][inner].sum() == pytest.approx(np.pi * 0.24 * radius**2, rel=1e-3)
-    count, some = (np.bincount(mesh.element[nodes], which) for which in (None, inner))
-    assert np.all((some == 0) | (some == count))
+    mesh = check(BOX, "top", zone, rings, 0.75, stick)
+    distance = stick.distance(mesh.x[mesh.nodes_of("top")])
     # of the radius of the contact
     around = np.sort(radius * (distance - 1.0))
     assert np.diff(around[np.abs(around) < 0.03]).max() < 0.02
