@@ -9,8 +9,6 @@ import types
 import numpy as np
 import pytest
 from half_space import half_plane, half_space, pressed
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from reduced_system import ReducedSystem, coulomb
 
 from petcontact import InputError, Method
@@ -49,10 +47,10 @@ def satisfies(law, system, state, mu, slack=1e-8):
     )
 
 
-@pytest.mark.parametrize("count, error_p, error_q", [(50, 9.0e-3, 1.7e-2)])
-def test_cattaneo_mindlin_on_a_half_plane(count, error_p, error_q):
+def test_cattaneo_mindlin_on_a_half_plane():
     """A cylinder of R = 1 pressed to a = 1, then pushed by 0.64 µP and back: stick half width
     √(1-Q/µP) = 0.6."""
+    count, error_p, error_q = 50, 9.0e-3, 1.7e-2
     mu, (x, weight, matrix) = 0.4, half_plane(count, 1.5)
     force, law = 0.25 * np.pi / (1.0 - 0.3**2), coulomb(count, mu, 2)
     contact = LineContact(force, 1.0, contact_modulus(1.0, 0.3))
@@ -83,17 +81,15 @@ def test_disks_on_a_half_space(ratio, mu):
     law, gap = coulomb(len(x), mu, 3), 0.5 * np.sum(x**2, axis=1)
     start, slip = None, np.zeros((len(x), 2))
     for push in ((0.0, 0.0), (0.5, 0.5), (-0.3, 0.2)):
-        system = pressed(
-            matrix, weight, gap, (push[0] * mu * force, push[1] * mu * force, force), slip
-        )
+        loads = (push[0] * mu * force, push[1] * mu * force, force)
+        system = pressed(matrix, weight, gap, loads, slip)
         state = NEWTON(system, law, iteration(start=start))
         assert state.converged and len(state.history) <= 12
         satisfies(law, system, state, mu)
         assert equilibrium_defect(system, state.sigma) < 1e-12
         if ratio == 0.5:
-            exact = PointContact(force, 1.0, contact_modulus(1.0, ratio)).pressure(
-                np.linalg.norm(x, axis=1)
-            )
+            contact = PointContact(force, 1.0, contact_modulus(1.0, ratio))
+            exact = contact.pressure(np.linalg.norm(x, axis=1))
             assert np.linalg.norm(-state.sigma[:, 2] - exact) < 0.05 * np.linalg.norm(exact)
         start, slip = (state.v, state.sigma), slip + state.v[:, :-1]
 
@@ -117,9 +113,8 @@ def test_any_friction_from_a_cold_start(mu, count, sign):
     x, weight, matrix = coupled_half_plane(count, sign)
     law = coulomb(count, mu, 2)
     for shift in (0.0, 0.05, 0.3, -1.0):
-        system = ReducedSystem(
-            np.column_stack([np.full(count, -shift), 0.2 - 0.5 * x**2]), matrix, weight
-        )
+        overlap = np.column_stack([np.full(count, -shift), 0.2 - 0.5 * x**2])
+        system = ReducedSystem(overlap, matrix, weight)
         state = NEWTON(system, law, iteration())
         assert state.converged, (shift, state.reason)
         satisfies(law, system, state, mu)
@@ -157,38 +152,25 @@ def test_projection_holds_bodies_by_contact_alone():
         OperatorRobin(1.8)(system, law, iteration())
 
 
-@settings(max_examples=8, deadline=None)
-@given(
-    st.integers(0, 10_000),
-    st.integers(1, 20),
-    st.sampled_from([2, 3]),
-    st.sampled_from([0.0, 0.3, 1.0, 4.0]),
-)
-def test_what_is_called_converged_is_a_solution(seed, m, k, mu):
+def test_what_is_called_converged_is_a_solution_and_nearly_all_is():
     """Any positive definite matrix, however strongly it couples: Coulomb's law has no guarantee
     there, but no lie either."""
-    rng = np.random.default_rng(seed)
-    factor = rng.standard_normal((m * k, m * k))
-    system = ReducedSystem(
-        rng.standard_normal((m, k)), factor @ factor.T / (m * k) + 0.05 * np.eye(m * k), np.ones(m)
-    )
-    law = coulomb(m, mu, k)
-    state = NEWTON(system, law, iteration())
-    if state.converged:
-        satisfies(law, system, state, mu, 1e-6)
-    else:
-        assert mu > 0.0 and state.reason
-
-
-def test_nearly_all_random_problems_are_solved():
     solved = 0
     for seed in range(100):
         rng = np.random.default_rng(seed)
-        m = int(rng.integers(1, 20))
-        factor = rng.standard_normal((2 * m, 2 * m))
-        matrix = factor @ factor.T / (2 * m) + 0.05 * np.eye(2 * m)
-        system = ReducedSystem(rng.standard_normal((m, 2)), matrix, np.ones(m))
-        solved += NEWTON(system, coulomb(m, rng.choice([0.3, 1.0, 4.0]), 2), iteration()).converged
+        m, k, mu = int(rng.integers(1, 20)), 2 + seed % 2, rng.choice([0.0, 0.3, 1.0, 4.0])
+        factor = rng.standard_normal((m * k, m * k))
+        matrix = factor @ factor.T / (m * k) + 0.05 * np.eye(m * k)
+        system, law = (
+            ReducedSystem(rng.standard_normal((m, k)), matrix, np.ones(m)),
+            coulomb(m, mu, k),
+        )
+        state = NEWTON(system, law, iteration())
+        solved += state.converged
+        if state.converged:
+            satisfies(law, system, state, mu, 1e-6)
+        else:
+            assert mu > 0.0 and state.reason
     assert solved >= 98
 
 
@@ -225,18 +207,11 @@ def test_a_method_of_ones_own_is_a_file_and_a_line(monkeypatch):
 def test_a_monitor_ends_a_method():
     x, weight, matrix = half_plane(30, 1.5)
     system, law = pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), coulomb(30, 0.3, 2)
+    stop = iteration(1e-9, 100, monitor=lambda s: "enough" if len(s.history) == 2 else None)
     for method in (NEWTON, Projection(Modified(), 1.0, 1.5)):
-        state = method(
-            system,
-            law,
-            iteration(1e-9, 100, monitor=lambda s: "enough" if len(s.history) == 2 else None),
-        )
-        assert (state.reason, state.stopped, state.converged, len(state.history)) == (
-            "enough",
-            True,
-            False,
-            2,
-        )
+        state = method(system, law, stop)
+        assert (state.reason, state.stopped, state.converged) == ("enough", True, False)
+        assert len(state.history) == 2
 
 
 class Stand:
