@@ -53,11 +53,8 @@ def grip(solution):
 
 
 def o_ring(solution):
-    return [solution.pairs[name].pressure.max() for name in ("floor", "lid", "wall")], [
-        1.58,
-        1.58,
-        1.10,
-    ]
+    largest = [solution.pairs[name].pressure.max() for name in ("floor", "lid", "wall")]
+    return largest, [1.58, 1.58, 1.10]
 
 
 def hole(solution):
@@ -90,9 +87,8 @@ def limit_torque(solution):
 def two_solutions(solution):
     """What jams, with a warning; from the frictionless start the one that has parted."""
     assert any("with Coulomb's law there are two here" in text for text in solution.warnings)
-    parted = solve(
-        load(ROOT / "configs/recipes/two_solutions.toml", {"method.start": "frictionless"})
-    )
+    config = ROOT / "configs/recipes/two_solutions.toml"
+    parted = solve(load(config, {"method.start": "frictionless"}))
     assert parted.converged and not parted.pairs["bottom"].force.any()
     assert all("no contact anywhere" in text for text in parted.warnings)
     return solution.pairs["bottom"].force, [-0.00120, 0.00153]
@@ -109,14 +105,11 @@ def rounded_pin(solution):
 
 def load_path(solution):
     """Energies on the path, and of the last force at once."""
-    changes = {
-        "obstacle.0.force": [3.5, -10.0],
-        "step": [{"name": "at once", "increments": "auto"}],
-    }
-    at_once = load(ROOT / "configs/recipes/load_path.toml", changes)
+    once = [{"name": "at once", "increments": "auto"}]
+    changes = {"obstacle.0.force": [3.5, -10.0], "step": once}
+    at_once = solve(load(ROOT / "configs/recipes/load_path.toml", changes))
     spent = [
-        sum(step.pairs["top"].dissipated for step in each.steps)
-        for each in (solution, solve(at_once))
+        sum(step.pairs["top"].dissipated for step in each.steps) for each in (solution, at_once)
     ]
     assert spent[1] == pytest.approx(0.00174, rel=0.02)
     return spent[0], 0.00695
