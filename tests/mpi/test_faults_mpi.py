@@ -40,20 +40,9 @@ cli.entry()
 
 def solve(folder, *words, program=("-m", "petcontact"), ranks=2):
     began = time.monotonic()
-    done = launch.run(
-        ranks,
-        *program,
-        "solve",
-        CONFIG,
-        "--set",
-        "mesh.element_size=0.5",
-        "--no-figures",
-        "-o",
-        str(folder / "r.h5"),
-        *words,
-        timeout=SOON,
-        cwd=folder,
-    )
+    given = "solve", CONFIG, "--set", "mesh.element_size=0.5", "--no-figures"
+    output = "-o", str(folder / "r.h5")
+    done = launch.run(ranks, *program, *given, *output, *words, timeout=SOON, cwd=folder)
     assert time.monotonic() - began < SOON
     assert "Traceback" not in done.stderr, done.stderr
     return done, [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
@@ -110,34 +99,17 @@ sys.argv[0] = "petcontact"
 cli.entry()
 """
 FOREVER = [
-    "--set",
-    "method.rule=fixed",
-    "--set",
-    "method.rho=1e-6",
-    "--set",
-    "method.max_iterations=1000000000",
-    "--set",
-    "method.tolerance=1e-15",
+    word
+    for key in ("rule=fixed", "rho=1e-6", "max_iterations=1000000000", "tolerance=1e-15")
+    for word in ("--set", f"method.{key}")
 ]
 
 
 def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, monkeypatch):
     # Open MPI kills what has not ended one second after the signal: too soon for a loaded machine
     monkeypatch.setenv("OMPI_MCA_odls_base_sigkill_timeout", "3")
-    job = launch.start(
-        2,
-        "-c",
-        ITERATING,
-        "solve",
-        CONFIG,
-        "--set",
-        "mesh.element_size=0.5",
-        "--no-figures",
-        *FOREVER,
-        "-o",
-        "r.h5",
-        cwd=tmp_path,
-    )
+    words = "--set", "mesh.element_size=0.5", "--no-figures", *FOREVER, "-o", "r.h5"
+    job = launch.start(2, "-c", ITERATING, "solve", CONFIG, *words, cwd=tmp_path)
     try:
         deadline = time.monotonic() + SOON
         while len(list(tmp_path.glob("iterating-*"))) < 2:
@@ -172,10 +144,7 @@ def test_a_signal_to_one_rank_ends_all_of_them(tmp_path):
     )
     with h5py.File(tmp_path / "r.h5") as file:
         assert file.attrs["reason"] == "interrupted by SIGTERM"
-        assert file.attrs["iterations"] in (
-            4,
-            5,
-        )
+        assert file.attrs["iterations"] in (4, 5)
 
 
 # two blocks on H-matrices, of which the second step frees what the first one held; a signal reaches

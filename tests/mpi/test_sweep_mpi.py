@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import pty
 import random
 import re
 import sys
@@ -78,39 +75,6 @@ def test_two_ranks_share_the_work_and_find_what_one_finds(tmp_path):
     for id_ in one:
         a, b = load_case(tmp_path / "1", id_), load_case(tmp_path / "2", id_)
         np.testing.assert_array_equal(a.contact.u_t, b.contact.u_t)
-
-
-DEALT = """
-import sys, time
-from pathlib import Path
-import numpy as np
-from mpi4py import MPI
-from petcontact.sweep.schedule.cost import Cost
-from petcontact.sweep.schedule.deal import Counters, dealt, make_parts
-world = MPI.COMM_WORLD
-group = np.repeat(np.arange(8), 400)
-seconds = np.linspace(1e-3, 4e-3, 8)
-parts = make_parts(np.arange(len(group)), group, [Cost(0, 0, 0.0, s, 0.0) for s in seconds], world.Get_size())
-world.Barrier()
-began, mine = time.perf_counter(), []
-for batch in dealt(parts, Counters(Path(sys.argv[1]))):
-    time.sleep(float(seconds[group[batch]].sum()))
-    mine += batch.tolist()
-busy = time.perf_counter() - began
-every = sorted(place for some in world.allgather(mine) for place in some)
-assert every == list(range(len(group)))
-longest = max(world.allgather(busy))
-if world.Get_rank() == 0:
-    print(float(seconds[group].sum()) / longest)
-"""
-
-
-@pytest.mark.slow
-def test_two_ranks_are_nearly_twice_as_fast(tmp_path):
-    """Cases that sleep: what is measured is the dealing, not the machine's other work."""
-    done = launch.run(2, "-c", DEALT, str(tmp_path))
-    assert done.returncode == 0, done.stderr
-    assert float(done.stdout) >= 1.9
 
 
 # -- killed and resumed
@@ -199,32 +163,6 @@ def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
 # ----------------------------------------------------------------------------------------
 
 
-FAILING = """
-[cross]
-rho = [1.0, 1e2]
-element_size = [0.8, 0.4]
-[[variant]]
-name = "good"
-[[variant]]
-name = "bad"
-"petsc.ksp_type" = "gmres"
-"petsc.ksp_max_it" = 1
-"petsc.pc_type" = "none"
-"""
-DIVERGED = re.compile("KSP gmres ended with DIVERGED_(ITS|MAX_IT)")
-
-
-def test_cases_that_fail_are_recorded_and_the_rest_goes_on(tmp_path):
-    path = write_sweep(tmp_path, FAILING)
-    done = sweep(2, path, "-o", tmp_path / "out")
-    assert done.returncode == 1, done.stderr
-    assert counts(done) == (8, 0, 4)
-    assert len(DIVERGED.findall(done.stdout)) == 4
-    for id_, row in rows(tmp_path / "out").items():
-        assert row["status"] == ("failed" if "-bad-" in id_ else "converged")
-        assert (DIVERGED.search(row["reason"]) is not None) == ("-bad-" in id_)
-
-
 RAISING = """
 import sys
 from petcontact.commands import main as cli
@@ -261,18 +199,6 @@ def test_a_rank_that_cannot_write_ends_the_job(tmp_path):
     assert "cannot be written (disk full)" in done.stderr
     kept = rows(tmp_path)
     assert 0 < len(kept) < 128 and all(load_case(tmp_path, id_).converged for id_ in kept)
-
-
-def test_a_rank_that_raises_in_a_case_records_it_and_goes_on(tmp_path):
-    path = write_sweep(
-        tmp_path, "[cross]\nrho = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5]\nelement_size = [0.1, 0.05]\n"
-    )
-    done = raising("run", path, "-o", tmp_path / "out")
-    assert done.returncode == 1
-    assert counts(done) == (12, 0, 1)
-    assert "ZeroDivisionError: a defect" in done.stdout
-    again = sweep(1, path, "-o", tmp_path / "out")
-    assert (again.returncode, counts(again)) == (0, (1, 11, 0))
 
 
 def test_a_rank_that_leaves_its_team_in_the_middle_of_a_solve_ends_the_job(tmp_path):
@@ -326,20 +252,3 @@ def test_two_ranks_solve_a_case_together(tmp_path):
         np.testing.assert_allclose(
             b.contact.u_t, a.contact.u_t, atol=1e-7 * np.abs(a.contact.u_t).max()
         )
-
-
-def test_progress_is_shown_on_a_terminal(tmp_path):
-    controller, terminal = pty.openpty()
-    path = write_sweep(tmp_path, "[cross]\nrho = [1.0, 1e3]\nelement_size = [0.4, 0.2]\n")
-    words = ("-m", "petcontact", "sweep", str(path), "-o", str(tmp_path / "seen"))
-    job = launch.start(2, *words, children=True, stderr=terminal)  # whose terminal they look at
-    os.close(terminal)
-    shown = b""
-    # the other end of a terminal that everybody has closed is an input/output error
-    with contextlib.suppress(OSError):
-        while part := os.read(controller, 4096):
-            shown += part
-    job.communicate(timeout=WAIT)
-    os.close(controller)
-    assert job.returncode == 0
-    assert re.search(rb"\d of 4 cases done, 0 failed", shown)

@@ -43,17 +43,15 @@ ROOT = Path(__file__).parents[2]
 COARSE = MeshOptions(element_size=0.5)
 # ρ far too small and fixed: hundreds of thousands of iterations
 ENDLESS = [
-    "--set",
-    "mesh.element_size=0.5",
-    "--set",
-    "method.rule=fixed",
-    "--set",
-    "method.rho=1e-6",
-    "--set",
-    "method.max_iterations=1000000000",
-    "--set",
-    "method.tolerance=1e-15",
-    "--no-figures",
+    word
+    for key in (
+        "mesh.element_size=0.5",
+        "method.rule=fixed",
+        "method.rho=1e-6",
+        "method.max_iterations=1000000000",
+        "method.tolerance=1e-15",
+    )
+    for word in ("--set", key)
 ]
 
 
@@ -81,7 +79,11 @@ def wait_for_iterations(job):
 def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
     # tests that run under nohup hand on that hang-ups are ignored, as they then are
     job = start(
-        tmp_path, *ENDLESS, "-ksp_monitor", preexec_fn=lambda: signal.signal(number, signal.SIG_DFL)
+        tmp_path,
+        *ENDLESS,
+        "--no-figures",
+        "-ksp_monitor",
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
     )
     wait_for_iterations(job)
     job.send_signal(number)
@@ -266,7 +268,7 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
 def test_kill_9_of_a_solve_leaves_the_old_result(tmp_path, comm):
     write_solution(tmp_path / "case.h5", solve(example(2, mesh=COARSE), comm=comm))
     before = (tmp_path / "case.h5").read_bytes()
-    job = start(tmp_path, *ENDLESS, "--force", "-ksp_monitor")
+    job = start(tmp_path, *ENDLESS, "--no-figures", "--force", "-ksp_monitor")
     wait_for_iterations(job)
     job.kill()
     job.communicate(timeout=300)
