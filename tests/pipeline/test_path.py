@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import pytest
 from marks import slow
-from shapes import drawn, elastic, moved, touching
+from shapes import cuboid, drawn, elastic, moved, problem, rectangle, touching
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
@@ -24,16 +24,13 @@ SOFT = elastic(1.0, 0.3)
 def pressed(space, gap, increments, friction=0.3, adaptive=False):
     """A rigid roller, ball or plate on a block, in one step with the pair of the contact at its
     end."""
-    low, high = ([-2.0] * 2 + [-1.5], [2.0, 2.0, 0.0]) if space else ([-3.0, -3.0], [3.0, 0.0])
-    shape, sides = (
-        ("box", ("left", "right", "front", "back")) if space else ("rectangle", ("left", "right"))
-    )
-    names = ("lower", "upper") if space else ("lower_left", "upper_right")
+    low, high = ([-2.0, -2.0, -1.5], [2.0, 2.0, 0.0]) if space else ([-3.0, -3.0], [3.0, 0.0])
+    sides = ("left", "right", "front", "back") if space else ("left", "right")
     still = [0.0] * len(low)
     fixed = {"element_size": 1.0, "element_sizes": {"top": 0.5 if space else 0.06}, "order": 1}
     data = {
         "material": SOFT,
-        "geometry": {"shape": shape, **dict(zip(names, (low, high), strict=True))},
+        "geometry": (cuboid if space else rectangle)(low, high),
         "mesh": {} if adaptive else fixed,
         "boundary": [moved("bottom", still), *(drawn(part, still) for part in sides)],
         "obstacle": [{"name": "tool", "displacement": [*still[1:], -0.2 if space else -0.06]}],
@@ -73,24 +70,21 @@ def test_an_adaptive_solve_without_steps_takes_as_many_increments_as_it_needs():
 def test_a_step_that_names_no_increments_takes_as_many_as_it_needs():
     """A block on its sliding bottom wears: p = (d E/H) exp(-k E s/H), .1353 after k E s/H = 2. Half
     of it is missed in one increment, and the coarser meshes have one."""
-    block = {
-        "material": {"young_modulus": 100.0, "poisson_ratio": 0.0},
-        "geometry": {"shape": "rectangle", "lower_left": [0, 0], "upper_right": [1, 1]},
-        "boundary": [
-            {"part": "top", "condition": "displacement", "value": [0.0, -0.01]},
-            {"part": "bottom", "condition": "contact", "normal": "unilateral"},
-            *(
-                {"part": side, "condition": "traction", "value": [0, 0]}
-                for side in ("left", "right")
-            ),
+    bottom = {"part": "bottom", "condition": "contact", "normal": "unilateral"}
+    block = problem(
+        material=elastic(100.0, 0.0),
+        geometry=rectangle([0, 0], [1, 1]),
+        boundary=[
+            moved("top", [0.0, -0.01]),
+            {**bottom, "wear_coefficient": 0.4},
+            *(drawn(side, [0, 0]) for side in ("left", "right")),
         ],
-        "step": [
+        step=[
             {"name": "press"},
             {"name": "slide", "boundary": [{"part": "top", "value": [0.05, -0.01]}]},
         ],
-    }
-    block["boundary"][1]["wear_coefficient"] = 0.4
-    solution = loop.adapt(parse(Problem, block, "block"), 5e-2)
+    )
+    solution = loop.adapt(block, 5e-2)
     assert solution.converged and not warned(solution)
     ends = {number.name: number for number in solution.numbers if number.step == 2}
     for name, right in (("largest p", np.exp(-2.0)), ("worn volume", 0.01 * (1 - np.exp(-2.0)))):

@@ -191,79 +191,60 @@ def test_a_superelement_carries_what_its_body_does_and_is_none_of_the_plane(tmp_
 
 
 def test_what_is_no_body_of_revolution_is_refused():
-    block = {"material": LOADED, "mesh": {"element_size": 0.5, "order": 1}}
     held = parts(bottom=CLAMPED, right=FREE)
     top = {"part": "top", "condition": "contact", "normal": "unilateral", "gap": -0.01}
-    whole = [*held, top]
-    one = {**block, **rectangle([0, 0], [1, 1])}
-    turned = {"name": "punch", "displacement": [0, -0.01], "rotation": "free"}
-    pair = {"name": "pair", "secondary": "top", "primary": "punch"}
-    pushed = {"condition": "displacement", "value": [0.1, 0]}
-    for data, text in (
-        (
-            {**block, **rectangle([-1, 0], [1, 1]), "boundary": [*whole, {"part": "left", **FREE}]},
-            r"case.toml: geometry: side 'bottom' has r < 0 at \(-1, 0\)",
-        ),
-        (
-            {**one, "boundary": [*whole, {"part": "left", **FREE}]},
-            r"case.toml: boundary\[3\].part: 'left' lies on the axis x = 0",
-        ),
-        (
-            {**one, "boundary": [*parts(bottom=pushed, right=FREE), top]},
-            r"bottom.value\[0\]: is 0.1 at \(0, 0\), on the axis, where u_r is 0",
-        ),
-        (
-            {**one, "boundary": held, "obstacle": [turned], "contact": [pair]},
-            "obstacle 'punch': rotation: nothing turns about the axis here",
-        ),
-        (
-            {**one, "boundary": whole, "material": {**STEEL, "plane": "stress"}},
-            "material.plane: a body of revolution is no plate",
-        ),
-        (
-            {**one, "boundary": whole, "bem": {"mat_type": "hodlr"}},
-            'compresses boundaries of plane bodies; choose "auto" or "dense"',
-        ),
-        (
-            {**one, "boundary": whole, "loads": {"acceleration": [9.8, 0]}},
-            r"acceleration\[0\]: is 9.8",
-        ),
-        (
-            {**one, "boundary": whole, "loads": {"angular_velocity": 1, "centre": [1, 0]}},
-            r"loads.centre\[0\]: is 1; a body of revolution turns about its axis",
-        ),
-        (
-            {**one, "boundary": whole, "point_force": [{"at": [0, 0.5], "force": [1, 1]}]},
-            r"point_force\[0\].force\[0\]: is 1 on the axis",
-        ),
-        (
-            {**one, "boundary": whole, "point_force": [{"at": [-0.5, 0.5], "force": [1, 1]}]},
-            r"point_force\[0\].at: \[-0.5, 0.5\] does not lie inside the body",
-        ),
-        (
-            {
-                **block,
-                **rectangle([1, 0], [2, 1]),
-                "boundary": [
-                    {"part": "left", "condition": "periodic", "partner": "right"},
-                    *parts(bottom=CLAMPED),
-                    top,
-                ],
-            },
-            "left.partner: 'right' lies at other radii",
-        ),
-        (
-            {
-                **one,
-                "boundary": held,
-                "obstacle": [{"name": "punch", "displacement": [0, -0.01], "force": [1, 0]}],
-                "contact": [pair],
-            },
-            r"'punch': force\[0\]: it moves along the axis of revolution only, got 1",
-        ),
-    ):
+    left = {"part": "left", **FREE}
+    usual = {
+        "material": LOADED,
+        "mesh": {"element_size": 0.5, "order": 1},
+        "boundary": [*held, top],
+        **rectangle([0, 0], [1, 1]),
+    }
+    pushed = parts(bottom={"condition": "displacement", "value": [0.1, 0]}, right=FREE)
+    around = {"part": "left", "condition": "periodic", "partner": "right"}
+    punched = {"boundary": held, "contact": [touching("pair", "top", "punch")]}
+    punch = {"name": "punch", "displacement": [0, -0.01]}
+    force = [1, 1]
+    for text, changes in {
+        r"case.toml: geometry: side 'bottom' has r < 0 at \(-1, 0\)": {
+            **rectangle([-1, 0], [1, 1]),
+            "boundary": [*held, top, left],
+        },
+        r"case.toml: boundary\[3\].part: 'left' lies on the axis x = 0": {
+            "boundary": [*held, top, left]
+        },
+        r"bottom.value\[0\]: is 0.1 at \(0, 0\), on the axis, where u_r is 0": {
+            "boundary": [*pushed, top]
+        },
+        "left.partner: 'right' lies at other radii": {
+            **rectangle([1, 0], [2, 1]),
+            "boundary": [around, *parts(bottom=CLAMPED), top],
+        },
+        "obstacle 'punch': rotation: nothing turns about the axis here": {
+            **punched,
+            "obstacle": [{**punch, "rotation": "free"}],
+        },
+        r"'punch': force\[0\]: it moves along the axis of revolution only, got 1": {
+            **punched,
+            "obstacle": [{**punch, "force": [1, 0]}],
+        },
+        "material.plane: a body of revolution is no plate": {
+            "material": {**STEEL, "plane": "stress"}
+        },
+        "compresses boundaries of plane bodies": {"bem": {"mat_type": "hodlr"}},
+        r"acceleration\[0\]: is 9.8": {"loads": {"acceleration": [9.8, 0]}},
+        r"loads.centre\[0\]: is 1; a body of revolution turns about its axis": {
+            "loads": {"angular_velocity": 1, "centre": [1, 0]}
+        },
+        r"point_force\[0\].force\[0\]: is 1 on the axis": {
+            "point_force": [{"at": [0, 0.5], "force": force}]
+        },
+        r"point_force\[0\].at: \[-0.5, 0.5\] does not lie inside the body": {
+            "point_force": [{"at": [-0.5, 0.5], "force": force}]
+        },
+    }.items():
         with pytest.raises(InputError, match=text):
-            solve(problem(**data))
+            solve(problem(**{**usual, **changes}))
 
 
 @pytest.mark.parametrize(("name", "least"), [("cone", 1e-3), ("flat", np.inf)])
