@@ -6,12 +6,11 @@ from __future__ import annotations
 import dataclasses
 
 import facets
-import h5py
 import numpy as np
 import pytest
 from shapes import cuboid, moved, problem, rectangle, solid, touching
 
-from petcontact import read_result, solve
+from petcontact import solve
 from petcontact.pipeline.pose import facing
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
@@ -93,41 +92,6 @@ def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
     bare = ~np.isfinite(pair.gap)
     assert bare.any() and not pair.sigma_t[bare].any() and np.abs(pair.slip[bare]).min() > 0.0
     balances(solution, contact)
-
-
-@pytest.mark.slow
-def test_both_sides_are_in_the_result_and_the_file(tmp_path):
-    """A block slides on a plate .1 below it: forces are opposite, and what friction across the gap
-    turns is reported."""
-    lower, upper = blocks(tmp_path, held(0.05, 0.0, -0.15), held(0.0, 0.0, 0.0))
-    upper["geometry"]["file"] = facets.box(
-        tmp_path / "above.msh", (0, 0, 1.1), (2, 2, 2.1), (3, 3, 2)
-    )
-    contact = touching("pair", "upper.bottom", "lower.top", friction_coefficient=0.3)
-    solution = solved([lower, upper], contact)
-    pair = solution.last.pairs["pair"]
-    (_, mine), (x, theirs) = on(solution, contact["secondary"]), on(solution, contact["primary"])
-    assert np.allclose(
-        [pair.force, pair.force_primary], [mine.sum(axis=0), theirs.sum(axis=0)], atol=1e-15
-    )
-    assert np.allclose(pair.moment_primary, np.cross(x, theirs).sum(axis=0), atol=1e-15)
-    # a couple of .1 Q over all that acts and the half diagonal of the nodes
-    size = pair.weight @ np.hypot(pair.pressure, np.linalg.norm(pair.sigma_t, axis=1))
-    reach = np.linalg.norm(pair.x[:, :2] - 1.0, axis=1).max()
-    assert pair.imbalance > 1e-3
-    assert pair.imbalance == pytest.approx(
-        0.1 * np.linalg.norm(pair.force[:2]) / size / reach, rel=1e-6
-    )
-    assert any("friction across a gap" in warning for warning in solution.warnings)
-    assert f"imbalance {pair.imbalance:.1e}" in " ".join(solution.verdict(True).split())
-    solution.save(tmp_path / "result.h5")
-    with h5py.File(tmp_path / "result.h5") as file:
-        stored = dict(file[f"steps/{len(solution.steps)}/contact/pair"].attrs)
-    assert np.array_equal(stored["force_primary"], pair.force_primary)
-    assert stored["imbalance"] == pair.imbalance
-    assert np.array_equal(
-        read_result(tmp_path / "result.h5").last.pairs["pair"].moment_primary, pair.moment_primary
-    )
 
 
 @pytest.mark.slow

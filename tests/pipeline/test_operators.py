@@ -20,9 +20,7 @@ from petcontact import (
     Problem,
     Rectangle,
     Sphere,
-    Symmetry,
     Traction,
-    VolumeLoads,
     load,
     operators,
     solve,
@@ -88,27 +86,6 @@ def test_rows_of_h_sum_to_minus_a_half():
     assert body.petsc("G").getSize() == (2 * n, 2 * n)
     with pytest.raises(InputError, match="no operator 'K'; there are G, H, S"):
         body.petsc("K")
-
-
-def test_elastostatics_without_contact():
-    """A bar under its own weight: quadratic fields, exact at order 2."""
-    bar = Problem(
-        material=Material(100.0, 0.25, "stress", density=2.0),
-        geometry=Rectangle((0, 0), (2, 1)),
-        mesh=MeshOptions(0.5, order=2),
-        loads=VolumeLoads(acceleration=(5.0, 0.0)),
-        boundary=[
-            Displacement("left", ("-0.0125*y**2", "free")),
-            Traction("right", (0, 0)),
-            Traction("top", (0, 0)),
-            Symmetry("bottom"),
-        ],
-    )
-    body = operators(bar).body
-    state = body.state_at(np.full((1, 2), 0.4), *body.solve())
-    assert np.allclose(state.stress, [[2.0 * 5.0 * (2.0 - 0.4), 0.0, 0.0]], atol=1e-6)
-    still, _ = body.solve(state=0)
-    assert not still.any()
 
 
 def test_what_cannot_be_is_refused():

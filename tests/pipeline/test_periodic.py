@@ -63,21 +63,6 @@ def test_westergaards_waves_wherever_the_period_begins(crest=0.0):
     assert solution.traction[left] == pytest.approx(-solution.traction[right][::-1], abs=1e-15)
 
 
-@pytest.mark.slow
-def test_compressed_operators_and_friction():
-    """What the wave drags along arrives at the bottom, and nowhere else."""
-    dragged = {"contact.0.friction_coefficient": 0.3, "obstacle.0.displacement": [0.02, "free"]}
-    dense, compressed = (
-        solve(waves(0.1, **dragged, **{"bem.mat_type": kind})) for kind in ("dense", "hodlr")
-    )
-    assert dense.converged and compressed.converged
-    size = dense.pairs["c"].pressure.max()
-    assert np.abs(dense.pairs["c"].sigma_t - compressed.pairs["c"].sigma_t).max() < 1e-4 * size
-    force = dense.reactions()
-    assert force["top"][0] > 0.1 * -force["top"][1]
-    assert force["bottom"] == pytest.approx(-force["top"], rel=1e-3)
-
-
 def test_a_jump_strains_evenly_and_follows_the_steps(tmp_path):
     """σ_xx = E ε in plane stress; sides that are not straight do as well."""
     vertices = [[0.0, 0.0], [2.0, 0.0], [2.3, 0.5], [2.0, 1.0], [0.0, 1.0], [0.3, 0.5]]

@@ -239,25 +239,6 @@ def test_an_obstacle_under_its_reactions_stays_where_it_was():
     assert np.allclose(a.sigma_t, b.sigma_t, atol=1e-7)
 
 
-@pytest.mark.parametrize("normal", ["bonded", "unilateral"])
-def test_what_sticks_to_a_free_obstacle_all_over_moves_with_it(normal):
-    """The load comes through the obstacle alone: nothing but a rigid motion to measure the
-    displacement by."""
-    law = {"friction_coefficient": 0.9} if normal == "unilateral" else {}
-    solution = solved(
-        PUNCHED,
-        step=[],
-        obstacle__0__displacement="free",
-        obstacle__0__force=[0.001, 0.002, -0.02],
-        contact=[touching("top", "block.top", "ball", normal=normal, **law)],
-    )
-    assert solution.converged and solution.iterations <= 3
-    pair, ball = solution.last.pairs["top"], solution.last.obstacles["ball"]
-    assert set(pair.state) == {0} and pair.force == pytest.approx([0.001, 0.002, -0.02], abs=1e-14)
-    moved = solution.last.bodies["block"].u[solution.nodes["top"]]
-    assert np.allclose(moved, ball.displacement, atol=1e-10 * np.abs(moved).max())
-
-
 @pytest.mark.parametrize(
     ("text", "changes", "message"),
     [

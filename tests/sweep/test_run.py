@@ -372,13 +372,6 @@ def test_a_quantity_named_like_a_column_is_refused_at_the_start(tmp_path, name):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("names", ['rho = "status"', 'rho = "tau"'])
-def test_a_coordinate_named_like_a_column_is_refused_at_the_start(tmp_path, names):
-    text = f'problems = ["example1.toml"]\n[cross]\nrho = [1.0]\ntau = [2.0]\n[names]\n{names}\n'
-    with pytest.raises(InputError, match="a column of every table is called that"):
-        quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
-
-
 def test_a_case_that_does_not_converge_ends_with_status_3_and_is_kept(tmp_path):
     sweep = read_sweep(sweep_file(tmp_path, limit=30))
     summary = quietly(sweep, tmp_path / "out")
