@@ -5,14 +5,16 @@ from __future__ import annotations
 import signal
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from petcontact.runtime.petsc import petsc
 from petcontact.runtime.threads import cap_blas_threads
 
 cap_blas_threads()
 # a loaded machine is no counterexample; each run draws other examples, so that few a run are many
-settings.register_profile("untimed", deadline=None, max_examples=15)
+settings.register_profile(
+    "untimed", deadline=None, max_examples=15, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("untimed")
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
+from petcontact.sweep.design.sweep import Sweep, read_sweep
 from petcontact.sweep.run import run_sweep
 
 CONFIGS = Path(__file__).parents[1] / "configs"
@@ -31,6 +34,18 @@ def sweep_file(
     path = folder / name
     path.write_text(text or SMALL.format(limit=limit, keep=keep))
     return path
+
+
+def sweep_of(folder: Path, **tables: Any) -> Sweep:
+    """The sweep of such tables; of Example 1 where no problems are named."""
+    tables = {"problems": ["example1.toml"], **tables}
+    plain = {key: value for key, value in tables.items() if not isinstance(value, dict)}
+    lines = [f"{key} = {json.dumps(value)}" for key, value in plain.items()]
+    for key, table in tables.items():
+        if key not in plain:
+            lines.append(f"[{key}]")
+            lines += [f"{json.dumps(k)} = {json.dumps(v)}" for k, v in table.items()]
+    return read_sweep(sweep_file(folder, "\n".join(lines)))
 
 
 def quietly(sweep, folder, **options):

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from examples import example
 from problems import block, contact_pair, load_step, obstacle
-from sweep_files import CONFIGS, quietly, sweep_file
+from sweep_files import CONFIGS, quietly, sweep_of
 
 from petcontact import load_case
 from petcontact.fields.interior import field_at
 from petcontact.pipeline.run import prepare
 from petcontact.pipeline.solve import solve
 from petcontact.sweep import problems as running
-from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.quantities import contact_quantities, resultants, row_of, von_mises_at
 from petcontact.sweep.store.case_table import read_case_table
 
@@ -84,18 +83,8 @@ PUNCH = (
 @pytest.mark.usefixtures("unsampled")
 def test_a_sweep_of_bodies_and_load_steps(tmp_path):
     (tmp_path / "punch.toml").write_text(PUNCH)
-    sweep = read_sweep(
-        sweep_file(
-            tmp_path,
-            """
-problems = ["punch.toml"]
-keep = "contact"
-[cross]
-"contact.0.friction_coefficient" = [0.1, 0.3]
-tolerance = [1e-8]
-""",
-        )
-    )
+    crossed = {"contact.0.friction_coefficient": [0.1, 0.3], "tolerance": [1e-8]}
+    sweep = sweep_of(tmp_path, problems=["punch.toml"], keep="contact", cross=crossed)
     summary = quietly(sweep, tmp_path / "out")
     assert summary.exit_status == 0, summary.lines()
     assert quietly(sweep, tmp_path / "out").reused == 2
@@ -119,14 +108,14 @@ HERTZ = (CONFIGS / "hertz.toml").read_text().replace(MESH, "")
 @pytest.mark.slow
 def test_a_case_without_a_mesh_is_what_a_solve_gives(tmp_path, comm):
     (tmp_path / "round.toml").write_text(HERTZ)
-    text = """
-problems = ["round.toml"]
-keep = "all"
-quantities = ["petcontact.sweep.quantities:peak_von_mises"]
-[cross]
-accuracy = [5e-2, 2e-2]
-"""
-    sweep, lines = read_sweep(sweep_file(tmp_path, text)), list[str]()
+    sweep = sweep_of(
+        tmp_path,
+        problems=["round.toml"],
+        keep="all",
+        quantities=["petcontact.sweep.quantities:peak_von_mises"],
+        cross={"accuracy": [5e-2, 2e-2]},
+    )
+    lines = list[str]()
     assert quietly(sweep, tmp_path / "out", say=lines.append).exit_status == 0
     assert "share" not in lines[0] and "on a first mesh" in lines[2]
     table = read_case_table(tmp_path / "out")
@@ -141,10 +130,8 @@ accuracy = [5e-2, 2e-2]
 
 @pytest.mark.usefixtures("unestimated", "unsampled")
 def test_friction_bounds_of_the_papers_body_share_one_elimination(tmp_path, comm, monkeypatch):
-    text = 'problems = ["example1.toml"]\nkeep = "all"\n[set]\nelement_size = 0.4\n[cross]\n'
-    sweep = read_sweep(
-        sweep_file(tmp_path, text + '"boundary.0.friction_bound" = [100.0, 150.0, 300.0]\n')
-    )
+    bounds = {"boundary.0.friction_bound": [100.0, 150.0, 300.0]}
+    sweep = sweep_of(tmp_path, keep="all", set={"element_size": 0.4}, cross=bounds)
     calls = []
     monkeypatch.setattr(
         running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more)

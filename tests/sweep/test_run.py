@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 from marks import slow
-from sweep_files import quietly, sweep_file
+from sweep_files import quietly, sweep_file, sweep_of
 
 from petcontact import load_case, load_sweep
 from petcontact.errors import InputError, OutputError, ResultError, SolverError
@@ -117,23 +117,16 @@ def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(
     assert table_of(folder) == before
 
 
-PLAIN = """
-problems = ["example1.toml"]
-keep = "all"
-[set]
-element_size = 0.8
-"boundary.0.normal" = "bilateral"
-[zip]
-"boundary.2.value" = [["1/(x - x)", 0.0], [400.0, 0.0], [300.0, "y"], [0.0, 0.0]]
-"boundary.1.value.0" = [0.0, 0.0, 1e-3, 1e-3]
-"boundary.0.friction_bound" = [150.0, 150.0, "100 + x", 150.0]
-"boundary.0.gap" = [0.0, 0.0, "1e-3*x", 0.0]
-"loads.force" = [[0.0, 0.0], [0.0, 0.0], [0.0, -1.0], ["x", 0.0]]
-"""
-
-
 def test_loads_gaps_and_friction_share_one_elimination(tmp_path, monkeypatch, comm):
-    sweep = read_sweep(sweep_file(tmp_path, PLAIN))
+    together = {
+        "boundary.2.value": [["1/(x - x)", 0.0], [400.0, 0.0], [300.0, "y"], [0.0, 0.0]],
+        "boundary.1.value.0": [0.0, 0.0, 1e-3, 1e-3],
+        "boundary.0.friction_bound": [150.0, 150.0, "100 + x", 150.0],
+        "boundary.0.gap": [0.0, 0.0, "1e-3*x", 0.0],
+        "loads.force": [[0.0, 0.0], [0.0, 0.0], [0.0, -1.0], ["x", 0.0]],
+    }
+    usual = {"element_size": 0.8, "boundary.0.normal": "bilateral"}
+    sweep = sweep_of(tmp_path, keep="all", set=usual, zip=together)
     calls, built = [], Elimination.__init__
     monkeypatch.setattr(Elimination, "__init__", lambda *words: calls.append(1) or built(*words))
     summary = quietly(sweep, tmp_path / "out")
@@ -344,31 +337,26 @@ def test_a_quantity_that_raises_fails_its_case_and_no_other(tmp_path):
     (tmp_path / "raising_quantity.py").write_text(
         "def bad(solution):\n    return 1.0 / (solution.problem.method.rho - 1.0)\n"
     )
-    text = (
-        'problems = ["example1.toml"]\nquantities = ["raising_quantity:bad"]\n[cross]\nrho = '
-        "[1.0, 3.0]\n"
-    )
-    summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
+
+    def run(module):
+        crossed = {"rho": [1.0, 3.0]}
+        sweep = sweep_of(tmp_path, quantities=[f"{module}:bad"], cross=crossed)
+        return quietly(sweep, tmp_path / module)
+
+    summary = run("raising_quantity")
     assert list(summary.failed) == ["example1-rho1"]
     assert "ZeroDivisionError" in summary.failed["example1-rho1"]
     with pytest.raises(InputError, match="cannot be imported"):
-        quietly(
-            read_sweep(sweep_file(tmp_path, text.replace("raising_quantity", "no_such_module"))),
-            tmp_path / "other",
-        )
+        run("no_such_module")
 
 
 @pytest.mark.parametrize("name", ["status", "von_mises_1", "rho"])
 def test_a_quantity_named_like_a_column_is_refused_at_the_start(tmp_path, name):
     (tmp_path / "clashing_quantity.py").write_text(f"def {name}(solution):\n    return 1.0\n")
-    text = (
-        f'problems = ["example1.toml"]\nquantities = '
-        f'["clashing_quantity:{name}"]\n[cross]\nrho '
-        f"= [1.0]\n"
-    )
     sys.modules.pop("clashing_quantity", None)
     with pytest.raises(InputError, match=f"there is a column {name} already"):
-        quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
+        sweep = sweep_of(tmp_path, quantities=[f"clashing_quantity:{name}"], cross={"rho": [1.0]})
+        quietly(sweep, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -386,10 +374,8 @@ def test_a_case_of_a_large_sweep_that_is_invalid_fails_in_its_turn(tmp_path, mon
     from petcontact.sweep.design import sweep as module
 
     monkeypatch.setattr(module, "VALIDATED", 2)
-    text = (
-        'problems = ["example1.toml"]\n[cross]\nrho = [1.0, -1.0, 2.0]\n[set]\nelement_size = 0.4\n'
-    )
-    summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
+    sweep = sweep_of(tmp_path, set={"element_size": 0.4}, cross={"rho": [1.0, -1.0, 2.0]})
+    summary = quietly(sweep, tmp_path / "out")
     assert list(summary.failed) == ["example1-rho-1"]
     assert "method.rho" in summary.failed["example1-rho-1"]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sweep_files import CONFIGS, sweep_file
+from sweep_files import CONFIGS, sweep_file, sweep_of
 
 from petcontact.errors import InputError
 from petcontact.model.case import read_toml
@@ -87,18 +87,12 @@ omega = 0.9
 
 
 def test_loads_of_parts_and_bodies_have_speaking_names(tmp_path):
-    sweep = read_sweep(
-        sweep_file(
-            tmp_path,
-            """
-problems = ["example1.toml"]
-[cross]
-"boundary.2.value.0" = [400.0, 500.0]
-"boundary.3.value" = [[0.0, 50.25], [0.0, -50.25]]
-"boundary.0.friction_bound" = [100.0]
-""",
-        )
-    )
+    crossed = {
+        "boundary.2.value.0": [400.0, 500.0],
+        "boundary.3.value": [[0.0, 50.25], [0.0, -50.25]],
+        "boundary.0.friction_bound": [100.0],
+    }
+    sweep = sweep_of(tmp_path, cross=crossed)
     left, right = (sweep[0].case.boundary[k].part for k in (2, 3))
     assert sweep.coordinate_names == [
         "problem",
@@ -171,19 +165,8 @@ def test_files_that_never_end_are_refused(tmp_path, monkeypatch, name):
 
 
 def test_zipped_lists_are_walked_together_and_crossed_with_the_rest(tmp_path):
-    sweep = read_sweep(
-        sweep_file(
-            tmp_path,
-            """
-problems = ["example1.toml"]
-[cross]
-tau = [1.0, 2.0]
-[zip]
-rho = [1.0, 10.0, 100.0]
-omega = [1.8, 1.6, 1.4]
-""",
-        )
-    )
+    together = {"rho": [1.0, 10.0, 100.0], "omega": [1.8, 1.6, 1.4]}
+    sweep = sweep_of(tmp_path, cross={"tau": [1.0, 2.0]}, zip=together)
     assert len(sweep) == 6
     assert {(c.case.method.rho, c.case.method.omega) for c in sweep} == {
         (1.0, 1.8),
@@ -195,23 +178,19 @@ omega = [1.8, 1.6, 1.4]
 
 @pytest.mark.parametrize("method", ["latin-hypercube", "sobol"])
 def test_samples_fill_their_box_evenly_and_are_the_same_for_the_same_seed(tmp_path, method):
-    text = f"""
-problems = ["example1.toml"]
-[sample]
-method = "{method}"
-points = 64
-seed = 3
-log = ["rho"]
-range = {{ rho = [1.0, 1e4], "material.poisson_ratio" = [0.1, 0.4] }}
-"""
-    sweep = read_sweep(sweep_file(tmp_path, text))
+    box = {"rho": [1.0, 1e4], "material.poisson_ratio": [0.1, 0.4]}
+
+    def drawn(seed):
+        sample = {"method": method, "points": 64, "seed": seed, "log": ["rho"]}
+        return sweep_of(tmp_path, sample=sample, **{"sample.range": box})
+
+    sweep = drawn(3)
     points = np.array([[c.coordinates["rho"], c.coordinates["poisson_ratio"]] for c in sweep])
     unit = np.transpose([np.log10(points[:, 0]) / 4.0, (points[:, 1] - 0.1) / 0.3])
     # one point in each of 64 slices of each coordinate: both designs are Latin for a power of two
     assert all(sorted((64 * column).astype(int)) == list(range(64)) for column in unit.T)
-    again = read_sweep(sweep_file(tmp_path, text))
+    again, other = drawn(3), drawn(4)
     assert [c.coordinates for c in again] == [c.coordinates for c in sweep]
-    other = read_sweep(sweep_file(tmp_path, text.replace("seed = 3", "seed = 4")))
     assert other[0].coordinates != sweep[0].coordinates
     assert sweep.ids[9] == "example1-sample10"
 
@@ -223,7 +202,7 @@ def test_points_of_a_csv_file(tmp_path):
         "2e3,150.5,self-adaptive",
     )
     (tmp_path / "points.csv").write_text("\n".join(lines))
-    sweep = read_sweep(sweep_file(tmp_path, 'problems = ["example1.toml"]\npoints = "points.csv"'))
+    sweep = sweep_of(tmp_path, points="points.csv")
     assert sweep.ids == ["example1-point1", "example1-point2"]
     second = sweep[1].case
     assert (second.method.rho, second.method.rule, second.boundary[0].friction_bound) == (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from sweep_files import CONFIGS, sweep_file
+from sweep_files import CONFIGS, sweep_of
 
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.problems import elimination_needs
@@ -32,18 +32,13 @@ def test_cases_that_differ_in_the_method_alone_share_a_group():
 
 
 def test_formulation_and_petsc_options_make_groups(tmp_path):
-    path = sweep_file(
-        tmp_path,
-        """
-problems = ["example1.toml"]
-[cross]
-formulation = ["condensed", "full"]
-"petsc.ksp_type" = ["preonly", "gmres"]
-"boundary.0.friction_bound" = [100.0, 150.0]
-tolerance = [1e-5, 1e-6]
-""",
-    )
-    groups = make_groups(read_sweep(path))
+    crossed = {
+        "formulation": ["condensed", "full"],
+        "petsc.ksp_type": ["preonly", "gmres"],
+        "boundary.0.friction_bound": [100.0, 150.0],
+        "tolerance": [1e-5, 1e-6],
+    }
+    groups = make_groups(sweep_of(tmp_path, cross=crossed))
     # a friction bound is nothing that the elimination depends on
     assert groups.size.tolist() == [4] * 4
     assert len(groups.representatives()) == 2
@@ -96,20 +91,14 @@ def test_meshes_that_resolve_their_data_are_not_shared_by_loads(tmp_path):
     (tmp_path / "example1_adaptive.toml").write_text(
         (CONFIGS / "example1_adaptive.toml").read_text()
     )
-    text = (
-        'problems = ["example1_adaptive.toml"]\n{}[cross]\n"boundary.2.value.0" = [1.0, 2.0, '
-        '"x"]\nrho = [1.0, 2.0]\n'
-    )
-    for more, sizes in (("", [2, 2, 2]), ("[set]\nelement_size = 0.8\n", [6])):
-        assert (
-            make_groups(read_sweep(sweep_file(tmp_path, text.format(more)))).size.tolist() == sizes
-        )
+    crossed = {"boundary.2.value.0": [1.0, 2.0, "x"], "rho": [1.0, 2.0]}
+    for fixed, sizes in (({}, [2, 2, 2]), ({"element_size": 0.8}, [6])):
+        sweep = sweep_of(tmp_path, problems=["example1_adaptive.toml"], set=fixed, cross=crossed)
+        assert make_groups(sweep).size.tolist() == sizes
 
 
 def test_friction_that_is_zero_has_a_group_of_its_own(tmp_path):
-    text = (
-        'problems = ["press_fit.toml"]\n[cross]\n"contact.0.friction_coefficient" = [0.0, 0.1, '
-        "0.2]\n"
-    )
+    crossed = {"contact.0.friction_coefficient": [0.0, 0.1, 0.2]}
     (tmp_path / "press_fit.toml").write_text((CONFIGS / "press_fit.toml").read_text())
-    assert sorted(make_groups(read_sweep(sweep_file(tmp_path, text))).size.tolist()) == [1, 2]
+    sweep = sweep_of(tmp_path, problems=["press_fit.toml"], cross=crossed)
+    assert sorted(make_groups(sweep).size.tolist()) == [1, 2]
