@@ -1,5 +1,4 @@
-"""G and H on whole outlines: identities from theory, blocks against each other, dense matrices
-against blocks."""
+"""G and H on whole outlines: identities from theory, and blocks against each other."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Particular solutions: Navier's equations by differences of what they give, linear heat, fits and
-their error."""
+"""Particular solutions: Navier's equations by differences of what they give, fits and their error."""
 
 from __future__ import annotations
 

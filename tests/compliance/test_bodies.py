@@ -1,5 +1,4 @@
-"""Bodies on compressed operators against dense ones; T of pairs; methods that know S by its
-products."""
+"""Bodies on compressed operators against dense ones, and methods that know S by its products."""
 
 from __future__ import annotations
 

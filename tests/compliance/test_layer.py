@@ -1,5 +1,4 @@
-"""The layer operator T: its integrals against adaptive quadrature, and how near T is to S on any
-mesh."""
+"""The layer operator T: how near it is to S on any mesh, and its operations."""
 
 from __future__ import annotations
 

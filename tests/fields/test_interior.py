@@ -1,4 +1,4 @@
-"""Displacement and stress inside, on points and grids, and the files and figures made of them."""
+"""Displacement and stress inside, on points and grids, and the files made of them."""
 
 from __future__ import annotations
 

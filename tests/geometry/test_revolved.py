@@ -1,5 +1,4 @@
-"""Bodies of revolution: area and volume to the order of quadratic panels, closed surfaces, Lamé's
-sphere, the cylinder."""
+"""Bodies of revolution: area and volume to the order of quadratic panels, and closed surfaces."""
 
 from __future__ import annotations
 

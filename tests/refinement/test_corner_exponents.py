@@ -1,5 +1,4 @@
-"""Exponents of corners against the closed forms of the characteristic equations, and against
-published figures."""
+"""Exponents of corners and joints against published figures and closed forms."""
 
 from __future__ import annotations
 

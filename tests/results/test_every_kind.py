@@ -1,5 +1,4 @@
-"""What can be done with a solution of every kind of problem: files, tables, figures, fields, by
-Python and by command."""
+"""What can be done with a solution of every kind of problem: files, tables and fields by Python."""
 
 from __future__ import annotations
 

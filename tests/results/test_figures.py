@@ -1,5 +1,4 @@
-"""Figures: formats by suffix, units on the axes, round arcs, nothing hidden, and what Newton's
-history shows."""
+"""Figures: units on the axes, whole titles, nothing hidden, and what Newton's history shows."""
 
 from __future__ import annotations
 

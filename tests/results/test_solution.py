@@ -1,5 +1,4 @@
-"""What a solution offers in Python: data as functions and arrays, forces, fields, files, tables,
-pictures, pickles."""
+"""What a solution offers in Python: data as functions and arrays, forces, and words about them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Fields of bodies and load steps: equilibrium of a disc under a point force, and the files for
-ParaView."""
+"""Load steps: what h5py shows of them, and increments that failed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One problem, one solution: every method, rule and start on dense, graded and several-part
+"""One problem, one solution: every method and start on dense, compressed, graded and several-part
 problems."""
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""The active set and the semismooth Newton method: finite on every positive definite S, exact on
-the examples."""
+"""The active set and the semismooth Newton method: any positive definite S, and the examples."""
 
 from __future__ import annotations
 

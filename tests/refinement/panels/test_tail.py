@@ -1,4 +1,4 @@
-"""The tail of nodal values against functions whose Legendre coefficients are known."""
+"""The tail of nodal values against functions whose Legendre coefficients are known, and rims."""
 
 from __future__ import annotations
 
