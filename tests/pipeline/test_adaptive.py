@@ -185,37 +185,6 @@ def test_nothing_that_slips_needs_no_mesh_for_its_round_off(comm):
 # --------------------------------------------------------------------------------------------------
 
 
-def tip_line(at: float, state_at: float, n: int = 24) -> ContactLine:
-    """u_t = (at - s)^(3/2) before `at`, on a line whose states change at `state_at`."""
-    breaks = np.unique(
-        np.concatenate(
-            [[0.0], state_at * (1.0 - 0.4 ** np.arange(0, 9)), [state_at, 2.0 * state_at]]
-        )
-    )
-    xi = np.array([-0.7746, 0.0, 0.7746])
-    half, middle = 0.5 * np.diff(breaks), 0.5 * (breaks[1:] + breaks[:-1])
-    s = (middle[:, None] + half[:, None] * xi).ravel()
-    element = np.repeat(np.arange(len(half)), 3)
-    slips = s < state_at
-    u = np.where(slips, np.maximum(at - s, 0.0) ** 1.5 * (1.0 + 0.3 * (at - s)), 0.0)
-    return ContactLine(
-        s,
-        np.repeat(half, 3) * 2 / 3,
-        element,
-        breaks,
-        u,
-        -np.where(slips, 1.0, 0.5),
-        np.ones(len(s)),
-        slips.astype(np.int64),
-    )
-
-
-@pytest.mark.parametrize("shift", [0.0, 1e-3, -1e-3])
-def test_transition_point_is_found_from_a_wrong_border(shift):
-    line = tip_line(1.0, 1.0 + shift)
-    assert transition(line, int(line.cuts[0])) == pytest.approx(1.0, abs=0.02 * abs(shift) + 1e-4)
-
-
 def test_a_stick_zone_too_narrow_to_be_seen_is_the_point_where_slip_changes_its_sign():
     # u_t is about linear there, as the balance of a jump of 2g against the smooth part leaves it:
     # the ends of a stick zone that powers 3/2 place from both sides come in the wrong order
@@ -230,8 +199,6 @@ def test_a_stick_zone_too_narrow_to_be_seen_is_the_point_where_slip_changes_its_
     first, last = (transition(line, int(k)) for k in line.cuts)
     assert last < first
     assert grading_points(line) == [(pytest.approx(0.97), True)]
-    sharp = tip_line(1.0, 1.0)
-    assert grading_points(sharp) == [(transition(sharp, int(sharp.cuts[0])), False)]
 
 
 def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +10,7 @@ from shapes import drawn, elastic, moved, rectangle, touching
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
-from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.steps import halves
-from petcontact.pipeline.steps.load_steps import known_factors
 
 
 @functools.cache
@@ -52,16 +49,3 @@ def test_a_contact_that_grows_from_a_point_takes_few_increments_none_solved_twic
     assert np.linalg.norm(q - other) == pytest.approx(0.0, abs=0.03 * np.linalg.norm(other))
     known = {(each.target, id(each.before)) for each in tried}
     assert len(known) == len(tried) < 2.5 * len(found.steps) + 1
-
-
-@pytest.mark.slow
-def test_increments_that_another_mesh_showed_are_taken_as_they_are(monkeypatch):
-    """Nothing is tried that is not kept."""
-    found = pressed("auto")
-    factors = known_factors(found)
-    assert factors == {1: [step.load_factor for step in found.steps]}
-    prepared = replace(prepare(found.problem), factors=factors)
-    monkeypatch.setattr(halves, "with_wear", lambda *_: pytest.fail("an increment is tried"))
-    again = run(prepared)
-    assert [step.load_factor for step in again.steps] == factors[1]
-    np.testing.assert_allclose(again.pairs["pair"].sigma_t, found.pairs["pair"].sigma_t, atol=1e-12)
