@@ -302,7 +302,7 @@ def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size
     ]
     assert solution.converged and bool(warned) == told
     worst = solution.accuracy.error, solution.accuracy.resultants
-    assert min(worst) > 0.5 if told else worst[0] < 0.3 and worst[1] < 0.1
+    assert min(worst) > 0.5 if told else max(worst) < 0.3
 
 
 def test_what_bends_moves_farther_than_its_tractions_move_a_compact_body(unestimated):
