@@ -47,3 +47,13 @@ def solid(name: str, geometry: dict[str, Any], *boundary: dict[str, Any], **more
 def problem(**tables: Any) -> Problem:
     """The problem of such tables."""
     return parse(Problem, tables, "test")
+
+
+def closing(part: str, **law: Any) -> dict[str, Any]:
+    """A part in contact with a rigid foundation, bilateral unless `normal` says so."""
+    return {"part": part, "condition": "contact", **law}
+
+
+def rollers(*parts: str) -> list[dict[str, Any]]:
+    """Planes of symmetry."""
+    return [{"part": part, "condition": "symmetry"} for part in parts]

@@ -6,34 +6,23 @@ import math
 
 import numpy as np
 import pytest
+from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, touching
 
-from petcontact import (
-    Body,
-    Circle,
-    Contact,
-    Displacement,
-    Material,
-    Obstacle,
-    Pair,
-    Problem,
-    Rectangle,
-    SideBySide,
-    Traction,
-    VolumeLoads,
-    adapt,
-)
+from petcontact import adapt
 
-STILL = (Traction("left", (0.0, 0.0)), Traction("right", (0.0, 0.0)))
+STILL = [drawn("left", [0.0, 0.0]), drawn("right", [0.0, 0.0])]
 
 
-def guarded_circle(at: float, gap: str) -> Problem:
-    """A rigid disc of radius 3 pressed .1 deep on a block 12 long that begins at a place."""
-    return Problem(
-        material=Material(10.0, 0.3),
-        geometry=Rectangle((at, -4.0), (at + 12.0, 0.0)),
-        boundary=[Displacement("bottom", (0.0, 0.0)), *STILL],
-        obstacle=[Obstacle("die", displacement=(0.0, -0.1))],
-        contact=[Pair("surface", "top", "die", gap=gap.format(x=f"(x - {at + 4.0})"))],
+def pressed(lower, upper, modulus, gap, **motion):
+    """A block whose bottom is held under a rigid die of some shape."""
+    return adapt(
+        problem(
+            material=elastic(modulus, 0.3),
+            geometry=rectangle(lower, upper),
+            boundary=[moved("bottom", [0.0, 0.0]), *STILL],
+            obstacle=[{"name": "die", **motion}],
+            contact=[touching("surface", "top", "die", gap=gap)],
+        )
     )
 
 
@@ -45,9 +34,10 @@ def guarded_circle(at: float, gap: str) -> Problem:
     ],
 )
 def test_a_guarded_circle_is_a_circle_at_any_place(at, gap):
-    """The pressure of Hertz for the force that it carries, but for the depth of the block; elements
+    """A disc of radius 3 pressed .1 deep: the pressure of Hertz for the force that it carries, but for the depth of the block; elements
     between false kinks had 400 times as much."""
-    found = adapt(guarded_circle(at, gap))
+    gap = gap.format(x=f"(x - {at + 4.0})")
+    found = pressed([at, -4.0], [at + 12.0, 0.0], 10.0, gap, displacement=[0.0, -0.1])
     pair = found.pairs["surface"]
     closed = float(pair.weight[pair.state != 2].sum())
     assert found.status == "converged"
@@ -60,12 +50,14 @@ def test_a_guarded_circle_is_a_circle_at_any_place(at, gap):
 
 def test_a_joint_that_a_tangential_ray_carries_over_is_one_with_that_of_the_other_body():
     """A circle under a flat as wide: the ray at its end is off by the root of the round-off."""
-    soft = Material(1.0, 0.3)
-    rings = SideBySide((Circle("rim", (0.0, 1.0), 1.0), Circle("bore", (0.0, 1.0), 0.3)))
-    disc = Body("disc", soft, rings, boundary=[Displacement("bore", (0.0, 0.0))])
-    flat = Rectangle((-1.0, 2.0), (1.0, 3.0))
-    block = Body("block", soft, flat, boundary=[Displacement("top", (0.0, -0.02))])
-    found = adapt(Problem(body=[disc, block], contact=[Pair("c", "block.bottom", "disc.rim")]))
+    circles = [
+        {"part": part, "center": [0.0, 1.0], "radius": radius}
+        for part, radius in (("rim", 1.0), ("bore", 0.3))
+    ]
+    disc = solid("disc", {"shape": "outline", "loops": circles}, moved("bore", [0.0, 0.0]))
+    block = solid("block", rectangle([-1.0, 2.0], [1.0, 3.0]), moved("top", [0.0, -0.02]))
+    pair = touching("c", "block.bottom", "disc.rim")
+    found = adapt(problem(body=[disc, block], contact=[pair]))
     assert found.status == "converged"
     for name in found.meshes:
         assert found.boundary_state(body=name)[1].von_mises.max() == pytest.approx(0.013, rel=2e-2)
@@ -73,13 +65,13 @@ def test_a_joint_that_a_tangential_ray_carries_over_is_one_with_that_of_the_othe
 
 def test_where_a_gap_jumps_a_part_ends():
     """A block that hangs over the edge of a rigid table: all its weight rests on what is left."""
-    table = Contact("bottom", normal="unilateral", gap="where(x <= 0, 0, 1)")
+    table = closing("bottom", normal="unilateral", gap="where(x <= 0, 0, 1)")
     found = adapt(
-        Problem(
-            material=Material(1e8, 0.2, density=1000.0),
-            geometry=Rectangle((-2.0, 0.0), (1.0, 1.0)),
-            loads=VolumeLoads(acceleration=(0.0, -10.0)),
-            boundary=[table, *STILL, Traction("top", (0.0, 0.0))],
+        problem(
+            material={**elastic(1e8, 0.2), "density": 1000.0},
+            geometry=rectangle([-2.0, 0.0], [1.0, 1.0]),
+            loads={"acceleration": [0.0, -10.0]},
+            boundary=[table, *STILL, drawn("top", [0.0, 0.0])],
         )
     )
     (pair,) = found.pairs.values()
@@ -91,16 +83,9 @@ def test_where_a_gap_jumps_a_part_ends():
 def test_the_logarithm_at_the_tip_of_a_wedge_is_graded_to():
     """p = E* tan(α)/π arcosh(a/x), Johnson (1985), section 5.2, but for the depth of the block."""
     tip, force = 0.02, 0.02
-    found = adapt(
-        Problem(
-            material=Material(0.91, 0.3),
-            geometry=Rectangle((-20.0, -20.0), (20.0, 0.0)),
-            boundary=[Displacement("bottom", (0.0, 0.0)), *STILL],
-            obstacle=[Obstacle("wedge", displacement=(0.0, "free"), force=(0.0, -force))],
-            contact=[Pair("tip", "top", "wedge", gap=f"{tip}*abs(x)")],
-        )
-    )
-    pair = found.pairs["tip"]
+    loaded = {"displacement": [0.0, "free"], "force": [0.0, -force]}
+    found = pressed([-20.0, -20.0], [20.0, 0.0], 0.91, f"{tip}*abs(x)", **loaded)
+    pair = found.pairs["surface"]
     x, half = np.abs(pair.x[:, 0]), 0.5 * float(pair.weight[pair.state != 2].sum())
     exact = tip / math.pi * np.arccosh(np.maximum(half / x, 1.0))
     error = np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2))

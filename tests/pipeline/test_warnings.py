@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import pytest
 from curved_bodies import icosphere, written
-from shapes import elastic, moved, problem, solid, touching
+from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import (
-    Contact,
-    Displacement,
-    Material,
-    MeshOptions,
-    Problem,
-    Rectangle,
-    Traction,
     adapt,
     solve,
 )
@@ -23,14 +16,14 @@ pytestmark = pytest.mark.usefixtures("unsampled")
 
 def test_a_body_that_turns_is_warned_of(comm):
     """A block whose top is turned by 3 rad, above a floor that it does not reach."""
-    block = Problem(
-        material=Material(young_modulus=1.0, poisson_ratio=0.3),
-        geometry=Rectangle((0.0, 0.0), (1.0, 1.0)),
-        mesh=MeshOptions(element_size=0.25),
+    block = problem(
+        material=elastic(1.0, 0.3),
+        geometry=rectangle([0.0, 0.0], [1.0, 1.0]),
+        mesh={"element_size": 0.25},
         boundary=[
-            Contact("bottom", normal="unilateral", gap=10.0),
-            Displacement("top", ("-3*y", "3*x")),
-            *(Traction(part, (0.0, 0.0)) for part in ("left", "right")),
+            closing("bottom", normal="unilateral", gap=10.0),
+            moved("top", ["-3*y", "3*x"]),
+            *(drawn(part, [0.0, 0.0]) for part in ("left", "right")),
         ],
     )
     assert "turns by 3 rad" in solve(block, comm=comm).verdict()

@@ -6,23 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from marks import slow
+from shapes import cuboid, drawn, elastic, moved, problem, rectangle, rollers, solid
 
-import petcontact
-from petcontact import (
-    Body,
-    Box,
-    Displacement,
-    Material,
-    MeshOptions,
-    Obstacle,
-    Problem,
-    Rectangle,
-    Step,
-    Traction,
-    solve,
-)
+from petcontact import adapt, solve
 from petcontact.errors import InputError
-from petcontact.model.load_steps import BoundaryChange
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -32,20 +19,13 @@ YOUNG, POISSON, PULL = 1000.0, 0.3, 2.0
 def bar(d, name="bar", pull=PULL, **mesh):
     """A bar from the origin to (4, 1) or (4, 1, 1), on rollers at the planes of the axes, pulled
     along x."""
-    material = Material(YOUNG, POISSON, **({"plane": "stress"} if d == 2 else {}))
-    shape = Rectangle((0.0, 0.0), (4.0, 1.0)) if d == 2 else Box((0.0, 0.0, 0.0), (4.0, 1.0, 1.0))
-    walls = ["left", "bottom"] if d == 2 else ["left", "front", "bottom"]
-    held = [
-        Displacement(part, tuple(0.0 if k == c else "free" for k in range(d)))
-        for c, part in enumerate(walls)
-    ]
-    pulled = Traction("right", (pull, *[0.0] * (d - 1)))
-    return Body(
-        name=name,
-        material=material,
-        geometry=shape,
-        mesh=MeshOptions(**{"element_size": 0.5, "order": 1, **mesh}),
-        boundary=[*held, pulled],
+    return solid(
+        name,
+        (rectangle, cuboid)[d - 2]([0.0] * d, [4.0, *[1.0] * (d - 1)]),
+        *rollers(*(["left", "bottom"] if d == 2 else ["left", "front", "bottom"])),
+        drawn("right", [pull, *[0.0] * (d - 1)]),
+        material=elastic(YOUNG, POISSON) | ({"plane": "stress"} if d == 2 else {}),
+        mesh={"element_size": 0.5, "order": 1, **mesh},
     )
 
 
@@ -58,7 +38,7 @@ def stretched(x, pull=PULL):
     [(2, {}), (2, {"bem_mat_type": "hodlr"}), (3, {}), slow(3, {"bem_mat_type": "hmatrix"})],
 )
 def test_a_bar_is_stretched_as_it_should(d, petsc):
-    solution = solve(Problem(body=[bar(d)]), petsc_options=petsc)
+    solution = solve(problem(body=[bar(d)]), petsc_options=petsc)
     assert solution.converged and "nothing is in contact" in solution.reason and not solution.pairs
     assert not solution.zones
     exact = stretched(solution.mesh.x)
@@ -73,15 +53,15 @@ def test_a_bar_is_stretched_as_it_should(d, petsc):
 def test_bodies_steps_and_the_error_of_u():
     """Two bodies, one pulled more in a second step; what coarse elements of order 0 miss is
     estimated."""
-    more = BoundaryChange(body="other", part="right", value=(3.0 * PULL, 0.0))
-    steps = [Step(name="both"), Step(name="more", increments=2, boundary=[more])]
-    solution = solve(Problem(body=[bar(2), bar(2, "other", 2.0 * PULL)], step=steps))
+    more = {"body": "other", "part": "right", "value": [3.0 * PULL, 0.0]}
+    steps = [{"name": "both"}, {"name": "more", "increments": 2, "boundary": [more]}]
+    solution = solve(problem(body=[bar(2), bar(2, "other", 2.0 * PULL)], step=steps))
     ends = [step.bodies["other"].u for step in solution.steps]
     x = solution.meshes["other"].x
     assert len(ends) == 3
     for u, pull in zip(ends, (2.0, 2.5, 3.0), strict=True):
         assert np.allclose(u, stretched(x, pull * PULL), atol=1e-9)
-    rough = solve(Problem(body=[bar(2, order=0, element_size=0.1)]))
+    rough = solve(problem(body=[bar(2, order=0, element_size=0.1)]))
     missed = np.linalg.norm(rough.u - stretched(rough.mesh.x)) / np.linalg.norm(rough.u)
     assert 0.3 * missed < rough.accuracy.error < 10.0 * missed
     assert "error of u:" in rough.verdict()
@@ -89,23 +69,21 @@ def test_bodies_steps_and_the_error_of_u():
 
 def test_a_body_that_only_moves_is_held_by_nothing():
     """Its tractions are round-off of E times the displacement over its size."""
-    block = Problem(
-        material=Material(1000.0, 0.3),
-        geometry=Rectangle((0, 0), (2, 1)),
-        mesh=MeshOptions(0.25),
-        boundary=[
-            Displacement("top", (0.0, -0.01)),
-            *(Traction(part, (0, 0)) for part in ("left", "right", "bottom")),
-        ],
+    free = [drawn(part, [0, 0]) for part in ("left", "right", "bottom")]
+    block = problem(
+        material=elastic(YOUNG, POISSON),
+        geometry=rectangle([0, 0], [2, 1]),
+        mesh={"element_size": 0.25},
+        boundary=[moved("top", [0.0, -0.01]), *free],
     )
     assert "  top: held by (0, 0)\n" in solve(block).verdict()
 
 
 def test_what_needs_contact_is_refused():
+    punch = {"name": "punch", "displacement": [0.0, 0.0]}
     with pytest.raises(InputError, match=r"obstacle 'punch': no part is in contact"):
-        solve(Problem(body=[bar(2)], obstacle=[Obstacle(name="punch", displacement=(0.0, 0.0))]))
+        solve(problem(body=[bar(2)], obstacle=[punch]))
     with pytest.raises(InputError, match="no part is in contact, which adaptive meshes follow"):
-        petcontact.adapt(Problem(body=[bar(2)]))
-    problem = Problem(body=[bar(2)], method={"formulation": "full"})
+        adapt(problem(body=[bar(2)]))
     with pytest.raises(InputError, match=r"method\.formulation"):
-        solve(problem)
+        solve(problem(body=[bar(2)], method={"formulation": "full"}))

@@ -7,21 +7,15 @@ import h5py
 import numpy as np
 import pytest
 from marks import slow
+from shapes import closing, drawn, elastic, moved, problem, rectangle, rollers
 from verification.test_exact_blocks import GIVEN, exact, solved
 from verification.test_exact_solutions import METHOD, STEEL, Kirsch, Lame
-from verification.test_volume_loads import ALPHA, E, steel
+from verification.test_volume_loads import ALPHA, E, heated
 
 from petcontact import (
-    Contact,
-    Displacement,
     InputError,
     MeshOptions,
     Problem,
-    Rectangle,
-    Step,
-    Symmetry,
-    Traction,
-    VolumeLoads,
     read_result,
     solve,
 )
@@ -83,18 +77,8 @@ def test_stress_along_contact_graded_to_its_edges(order, levels, bound):
 
 def test_heat():
     """A clamped block has -EαT/(1-2ν) everywhere, on the boundary as inside."""
-    clamped = solve(
-        Problem(
-            material=steel(),
-            geometry=Rectangle((0, 0), (2, 1)),
-            mesh=MeshOptions(element_size=0.5, order=2),
-            boundary=[
-                Contact("bottom"),
-                *(Displacement(part, (0, 0)) for part in ("left", "right", "top")),
-            ],
-            loads=VolumeLoads(temperature=40.0),
-        )
-    )
+    held = [moved(part, [0, 0]) for part in ("left", "right", "top")]
+    clamped = heated(40.0, [closing("bottom"), *held], order=2)
     state = clamped.state_at([[0.0, 0.3], [1.3, 1.0], [1.0, 0.5]])
     pressed = -E * ALPHA * 40.0 / 0.4
     assert np.allclose(state.stress, [pressed, pressed, 0.0], rtol=1e-11, atol=1e-11 * -pressed)
@@ -104,17 +88,17 @@ def test_heat():
 def test_both_sides_of_a_corner_and_what_is_refused():
     """Pulled along x between rollers in steps: at a corner each part has its own stress, here the
     same."""
-    block = Problem(
-        material=STEEL,
-        geometry=Rectangle((0, 0), (2, 1)),
-        mesh=MeshOptions(element_size=0.5, order=1),
+    block = problem(
+        material=elastic(200.0, 0.3),
+        geometry=rectangle([0, 0], [2, 1]),
+        mesh={"element_size": 0.5, "order": 1},
         boundary=[
-            Symmetry("left"),
-            Contact("bottom"),
-            Traction("right", (3.0, 0)),
-            Traction("top", (0, 0)),
+            *rollers("left"),
+            closing("bottom"),
+            drawn("right", [3.0, 0]),
+            drawn("top", [0, 0]),
         ],
-        step=[Step("half", increments=2), Step("whole")],
+        step=[{"name": "half", "increments": 2}, {"name": "whole"}],
     )
     solution = solve(block)
     for part in ("right", "top"):

@@ -5,29 +5,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from petcontact import (
-    Bem,
-    Body,
-    Box,
-    Contact,
-    InputError,
-    LoadsChange,
-    Material,
-    MeshOptions,
-    Obstacle,
-    Pair,
-    Polygon,
-    Problem,
-    Rectangle,
-    SideBySide,
-    Step,
-    Symmetry,
-    Traction,
-    VolumeLoads,
-    read_result,
-    solve,
+from shapes import (
+    closing,
+    cuboid,
+    drawn,
+    elastic,
+    problem,
+    rectangle,
+    rollers,
+    solid,
+    touching,
 )
+
+from petcontact import InputError, read_result, solve
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
@@ -36,30 +26,29 @@ M = E * (1.0 - NU) / ((1.0 + NU) * (1.0 - 2.0 * NU))
 G = 10.0
 
 
+WALLS = [closing("bottom"), *rollers("left", "right"), drawn("top", [0, 0])]
+"""Of a block between rigid walls and a free surface above."""
+
+
 def steel(plane="strain"):
-    return Material(E, NU, plane, density=RHO, thermal_expansion=ALPHA)
+    return {**elastic(E, NU), "plane": plane, "density": RHO, "thermal_expansion": ALPHA}
+
+
+def loop(**sides):
+    """An outline of sides by their ends; an arc has its radius, too."""
+    keys = [
+        {"part": part, "to": end[:2]} | ({"radius": end[2]} if len(end) > 2 else {})
+        for part, end in sides.items()
+    ]
+    return {"shape": "outline", "loops": [keys]}
 
 
 def quarter_ring(a, b, x=0.0):
-    sides = [
-        {"part": "bottom", "to": (b + x, 0)},
-        {"part": "outer", "to": (x, b), "radius": b},
-        {"part": "left", "to": (x, a)},
-        {"part": "inner", "to": (a + x, 0), "radius": -a},
-    ]
-    return SideBySide(loops=[sides])
+    return loop(bottom=[b + x, 0], outer=[x, b, b], left=[x, a], inner=[a + x, 0, -a])
 
 
 def quarter_disc(a):
-    return SideBySide(
-        loops=[
-            [
-                {"part": "bottom", "to": (a, 0)},
-                {"part": "rim", "to": (0, a), "radius": a},
-                {"part": "left", "to": (0, 0)},
-            ]
-        ]
-    )
+    return loop(bottom=[a, 0], rim=[0, a, a], left=[0, 0])
 
 
 def spinning_ring(r, a, b, omega, plane):
@@ -80,19 +69,15 @@ def polar(stress, way):
 
 
 def ring_problem(plane="strain", x=0.0, mat_type="auto", order=3, step=()):
-    return Problem(
+    sides = [closing("bottom"), *rollers("left"), drawn("inner", [0, 0]), drawn("outer", [0, 0])]
+    return problem(
         material=steel(plane),
         geometry=quarter_ring(1.0, 2.0, x),
-        mesh=MeshOptions(element_size=0.2, order=order),
-        boundary=[
-            Contact("bottom"),
-            Symmetry("left"),
-            Traction("inner", (0, 0)),
-            Traction("outer", (0, 0)),
-        ],
-        loads=VolumeLoads(angular_velocity=3.0, centre=(x, 0)),
-        bem=Bem(mat_type=mat_type),
-        step=step,
+        mesh={"element_size": 0.2, "order": order},
+        boundary=sides,
+        loads={"angular_velocity": 3.0, "centre": [x, 0]},
+        bem={"mat_type": mat_type},
+        step=list(step),
     )
 
 
@@ -131,8 +116,8 @@ def test_higher_order_far_from_the_origin():
 
 def test_the_force_and_not_the_speed_grows_linearly_in_a_step():
     steps = [
-        Step("slow", increments=2, loads=[LoadsChange(angular_velocity=1.0)]),
-        Step("fast", increments=2, loads=[LoadsChange(angular_velocity=3.0)]),
+        {"name": name, "increments": 2, "loads": [{"angular_velocity": speed}]}
+        for name, speed in (("slow", 1.0), ("fast", 3.0))
     ]
     solution = solve(ring_problem(step=steps))
     largest = [np.abs(step.bodies["body"].u).max() for step in solution.steps]
@@ -144,14 +129,15 @@ def test_the_force_and_not_the_speed_grows_linearly_in_a_step():
     assert np.allclose(u, 5.0 / 9.0, rtol=1e-12)
 
 
-def heated(geometry, temperature, boundary, plane="strain", order=3, **more):
+def heated(temperature, boundary, plane="strain", order=3, **more):
+    """A block 2 x 1."""
     return solve(
-        Problem(
+        problem(
             material=steel(plane),
-            geometry=geometry,
-            mesh=MeshOptions(element_size=0.5, order=order),
+            geometry=rectangle([0, 0], [2, 1]),
+            mesh={"element_size": 0.5, "order": order},
             boundary=boundary,
-            loads=VolumeLoads(temperature=temperature),
+            loads={"temperature": temperature},
             **more,
         )
     )
@@ -159,11 +145,8 @@ def heated(geometry, temperature, boundary, plane="strain", order=3, **more):
 
 def test_a_solution_has_the_polynomials_that_it_was_solved_with(monkeypatch, tmp_path):
     """One that was read finds them again, the same."""
-    solution = heated(
-        Rectangle((0, 0), (2, 1)),
-        "exp(y)",
-        [Contact("bottom"), Symmetry("left"), Traction("top", (0, 0)), Traction("right", (0, 0))],
-    )
+    sides = [closing("bottom"), *rollers("left")]
+    solution = heated("exp(y)", [*sides, drawn("top", [0, 0]), drawn("right", [0, 0])])
     solution.save(tmp_path / "r.h5")
     points = np.array([[0.7, 0.3], [1.5, 0.9]])
     again = read_result(tmp_path / "r.h5").stress_at(points)
@@ -173,13 +156,9 @@ def test_a_solution_has_the_polynomials_that_it_was_solved_with(monkeypatch, tmp
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_a_quadratic_temperature_between_walls(plane):
-    solution = heated(
-        Rectangle((0, 0), (2, 1)),
-        "7*y**2",
-        [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))],
-        plane,
-    )
-    material, y = steel(plane), solution.mesh.x[:, 1]
+    solution = heated("7*y**2", WALLS, plane)
+    (body,) = solution.problem.body
+    material, y = body.material, solution.mesh.x[:, 1]
     nu, beta = material.plane_strain_ratio, material.thermal_stress
     modulus = 2.0 * material.shear_modulus * (1.0 - nu) / (1.0 - 2.0 * nu)
     assert (
@@ -198,19 +177,14 @@ def test_a_quadratic_temperature_between_walls(plane):
 def test_a_pipe_that_conducts_heat():
     """T = log r (Timoshenko and Goodier, art. 150, of a pipe that is hotter inside)."""
     a, b = 1.0, 2.0
-    sides = [
-        Contact("bottom"),
-        Symmetry("left"),
-        Traction("outer", (0, 0)),
-        Traction("inner", (0, 0)),
-    ]
+    sides = [closing("bottom"), *rollers("left"), drawn("outer", [0, 0]), drawn("inner", [0, 0])]
     solution = solve(
-        Problem(
+        problem(
             material=steel(),
             geometry=quarter_ring(a, b),
-            mesh=MeshOptions(element_size=0.2, order=4),
+            mesh={"element_size": 0.2, "order": 4},
             boundary=sides,
-            loads=VolumeLoads(temperature="50*log(sqrt(x**2 + y**2))"),
+            loads={"temperature": "50*log(sqrt(x**2 + y**2))"},
         )
     )
     modulus = 50.0 * ALPHA * E / (1.0 - NU)
@@ -237,17 +211,10 @@ def test_a_pipe_that_conducts_heat():
     [("5*(x**2 - y**2)", 3, "strain"), ("80 + 20*x", 2, "stress")],
 )
 def test_a_free_plate_has_no_stress(temperature, order, plane):
-    sides = [Pair(name="floor", secondary="bottom", primary="ground", normal="bilateral")]
-    free = [Traction(part, (0, 0)) for part in ("left", "right", "top")]
-    solution = heated(
-        Rectangle((0, 0), (2, 1)),
-        temperature,
-        free,
-        plane,
-        order,
-        contact=sides,
-        obstacle=[Obstacle(name="ground")],
-    )
+    free = [drawn(part, [0, 0]) for part in ("left", "right", "top")]
+    floor = touching("floor", "bottom", "ground", normal="bilateral")
+    on_ground = {"contact": [floor], "obstacle": [{"name": "ground"}]}
+    solution = heated(temperature, free, plane, order, **on_ground)
     assert solution.converged
     assert np.abs(solution.traction).max() < 1e-12 * E * ALPHA * 80.0
     assert np.abs(solution.stress_at([[0.5, 0.5], [1.7, 0.2]])).max() < 1e-12 * E * ALPHA * 80.0
@@ -256,26 +223,26 @@ def test_a_free_plate_has_no_stress(temperature, order, plane):
 
 @pytest.mark.slow
 def test_a_block_in_space_under_gravity_and_in_rotation():
-    walls = [Symmetry(part) for part in ("left", "right", "front", "back")]
-    floor = Contact("bottom", normal="unilateral")
+    walls = rollers("left", "right", "front", "back")
 
-    def posed(order, top, floor, **bem):
-        return lambda **loads: solve(
-            Problem(
+    def solved(order, top, floor, bem, **loads):
+        return solve(
+            problem(
                 material=steel(),
-                geometry=Box((0, 0, 0), (1, 1, 1.5)),
-                mesh=MeshOptions(element_size=0.5, order=order),
+                geometry=cuboid([0, 0, 0], [1, 1, 1.5]),
+                mesh={"element_size": 0.5, "order": order},
                 boundary=[*walls, top, floor],
-                loads=VolumeLoads(**loads),
-                bem=Bem(**bem),
+                loads=loads,
+                bem=bem,
             )
         )
 
-    solution = posed(2, Traction("top", (0, 0, 0)), floor)(acceleration=(0, 0, -G))
+    floor, free = closing("bottom", normal="unilateral"), drawn("top", [0, 0, 0])
+    solution = solved(2, free, floor, {}, acceleration=[0, 0, -G])
     assert np.abs(solution.pairs["bottom"].pressure / (1.5 * RHO * G) - 1.0).max() < 1e-12
+    turned = {"angular_velocity": 2.0, "axis": [0, 3, 0], "centre": [0, 0.3, 0]}
     for bem, largest in (({}, 1e-12), ({"mat_type": "hmatrix", "hmatrix_tol": 1e-7}, 1e-6)):
-        turned = posed(3, Symmetry("top"), Contact("bottom"), **bem)
-        solution = turned(angular_velocity=2.0, axis=(0, 3, 0), centre=(0, 0.3, 0))
+        solution = solved(3, *rollers("top"), closing("bottom"), bem, **turned)
         x, _, z = solution.mesh.x.T
         unit = RHO * 4.0 / M / 6.0
         u = unit * np.column_stack([x - x**3, 0.0 * x, 2.25 * z - z**3])
@@ -290,26 +257,23 @@ def test_a_shrink_fit_loosens_with_speed():
     lift_off = float(np.sqrt(still / lost))
     parts = {"shaft": quarter_disc(a), "hub": quarter_ring(a, b)}
     bodies = [
-        Body(
-            name=name,
+        solid(
+            name,
+            geometry,
+            *rollers("bottom", "left"),
             material=steel(),
-            geometry=geometry,
-            mesh=MeshOptions(element_size=0.2, order=5),
-            boundary=[Symmetry("bottom"), Symmetry("left")],
-            loads=VolumeLoads(angular_velocity=1e-3),
+            mesh={"element_size": 0.2, "order": 5},
+            loads={"angular_velocity": 1e-3},
         )
         for name, geometry in parts.items()
     ]
     shares = (0.6, 0.999, 1.001)
     steps = [
-        Step(
-            f"{share}",
-            loads=[LoadsChange(body=name, angular_velocity=share * lift_off) for name in parts],
-        )
+        {"loads": [{"body": name, "angular_velocity": share * lift_off} for name in parts]}
         for share in shares
     ]
-    fit = Pair(name="fit", secondary="shaft.rim", primary="hub.inner", gap=-overlap)
-    solution = solve(Problem(body=bodies, step=steps, contact=[fit]))
+    fit = touching("fit", "shaft.rim", "hub.inner", gap=-overlap)
+    solution = solve(problem(body=bodies, step=steps, contact=[fit]))
     assert solution.converged
     for step, share in zip(solution.steps, shares, strict=True):
         exact = still * max(0.0, 1.0 - share**2)
@@ -320,25 +284,24 @@ def test_half_a_problem_at_30_degrees_is_the_whole():
     turn = np.array([[np.cos(np.pi / 6), -0.5], [0.5, np.cos(np.pi / 6)]])
 
     def solved(points, names, sides):
-        corners = [tuple(map(float, turn @ p)) for p in points]
-        foot = Contact("foot", normal="unilateral", friction_coefficient=0.3)
+        corners = [(turn @ p).tolist() for p in points]
+        foot = closing("foot", normal="unilateral", friction_coefficient=0.3)
+        top = {"part": "top", "condition": "traction", "pressure": 5.0}
+        weight = (turn @ [0.0, -G]).tolist()
         return solve(
-            Problem(
+            problem(
                 material=steel(),
-                geometry=Polygon(corners, names),
-                mesh=MeshOptions(element_size=0.125, order=2),
-                boundary=[foot, Traction("top", pressure=5.0), Traction("right", (0, 0)), *sides],
-                loads=VolumeLoads(
-                    acceleration=tuple(turn @ [0.0, -G]), temperature="1.0*(x**2+y**2)"
-                ),
+                geometry={"shape": "polygon", "vertices": corners, "parts": names},
+                mesh={"element_size": 0.125, "order": 2},
+                boundary=[foot, top, drawn("right", [0, 0]), *sides],
+                loads={"acceleration": weight, "temperature": "1.0*(x**2+y**2)"},
             )
         )
 
     points = [(-1.5, 0), (0, 0), (1.5, 0), (1.5, 1.5), (0, 1.5), (-1.5, 1.5)]
-    whole = solved(
-        points, ["foot", "foot", "right", "top", "top", "left"], [Traction("left", (0, 0))]
-    )
-    half = solved(points[1:5], ["foot", "right", "top", "middle"], [Symmetry("middle")])
+    names = ["foot", "foot", "right", "top", "top", "left"]
+    whole = solved(points, names, [drawn("left", [0, 0])])
+    half = solved(points[1:5], ["foot", "right", "top", "middle"], rollers("middle"))
     inside = np.array([[0.7, 0.8], [0.3, 0.2], [1.2, 0.3]]) @ turn.T
     one, other = (solution.stress_at(inside) for solution in (whole, half))
     assert np.abs(one - other).max() < 1e-4 * np.abs(one).max()
@@ -349,72 +312,57 @@ def test_half_a_problem_at_30_degrees_is_the_whole():
     assert np.abs(across).max() < 1e-13 * theirs.pressure.max()
 
 
+DENSE, SOFT = steel(), elastic(E, NU)
+HOLE = {"part": "hole", "center": [0, 0], "radius": 1.0}
+ON_A_RIM = [closing("bottom"), *rollers("rim"), drawn("left", [0, 0])]
+
+
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("told", "material", "loads", "more"),
     [
+        ("acceleration: the body has 2 dim", DENSE, {"acceleration": [0, 1, 2]}, {}),
         (
-            {"loads": VolumeLoads(acceleration=(0, 1, 2))},
-            "loads.acceleration: the body has 2 dimensions, got 3 components",
+            "axis: a plane body turns about its normal",
+            DENSE,
+            {"angular_velocity": 1.0, "axis": [0, 0, 1]},
+            {},
         ),
+        (r"force\[1\]: unknown name 'nx'", DENSE, {"force": [0, "nx"]}, {}),
         (
-            {"loads": VolumeLoads(angular_velocity=1.0, axis=(0, 0, 1))},
-            "loads.axis: a plane body turns about its normal",
-        ),
-        ({"loads": VolumeLoads(force=(0, "nx"))}, r"loads.force\[1\]: unknown name 'nx'"),
-        (
-            {
-                "geometry": quarter_disc(1.0),
-                "boundary": [Contact("bottom"), Symmetry("rim"), Traction("left", (0, 0))],
-            },
             "rim.condition: symmetry needs a straight side or a plane face",
+            DENSE,
+            {"acceleration": [0, -1]},
+            {"geometry": quarter_disc(1.0), "boundary": ON_A_RIM},
         ),
         (
-            {
-                "geometry": SideBySide(
-                    loops=[{"part": "hole", "center": (0, 0), "radius": 1.0}], exterior=True
-                ),
-                "boundary": [Contact("hole", friction_bound=1.0)],
-            },
             "an infinite plate has no volume loads",
+            DENSE,
+            {"acceleration": [0, -1]},
+            {
+                "geometry": {"shape": "outline", "exterior": True, "loops": [HOLE]},
+                "boundary": [closing("hole", friction_bound=1.0)],
+            },
+        ),
+        ("density: must be greater than or equal to 0", {**SOFT, "density": -1.0}, {}, {}),
+        ("acceleration: the material of body 'body' has no d", SOFT, {"acceleration": [0, -1]}, {}),
+        (
+            "acceleration: does nothing, the density of body 'body' is 0",
+            {**SOFT, "density": 0.0},
+            {"acceleration": [0, -1]},
+            {},
+        ),
+        ("temperature: the material of body 'body' has no th", SOFT, {"temperature": "x"}, {}),
+        ("axis: must be a vector other than zero", SOFT, {"axis": [0.0, 0.0, 0.0]}, {}),
+        (
+            r"force\[1\]: must be a number or an expression",
+            SOFT,
+            {"force": [0.0, [1.0, 2.0]]},
+            {},
         ),
     ],
 )
-def test_mistakes_are_one_line(changes, told):
-    boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
-    loads = VolumeLoads(acceleration=(0, -1))
-    given = {"geometry": Rectangle((0, 0), (2, 3)), "boundary": boundary, "loads": loads, **changes}
-    with pytest.raises(InputError, match=told):
-        solve(Problem(material=steel(), mesh=MeshOptions(element_size=0.5), **given))
-
-
-@pytest.mark.parametrize(
-    ("material", "loads", "told"),
-    [
-        ({"density": -1.0}, {}, "density: must be greater than or equal to 0, got -1.0"),
-        (
-            {},
-            {"acceleration": [0.0, -1.0]},
-            "loads.acceleration: the material of body 'body' has no density",
-        ),
-        (
-            {"density": 0.0},
-            {"acceleration": [0.0, -1.0]},
-            "loads.acceleration: does nothing, the density of body 'body' is 0",
-        ),
-        (
-            {},
-            {"temperature": "x"},
-            "loads.temperature: the material of body 'body' has no thermal_expansion",
-        ),
-        ({}, {"axis": [0.0, 0.0, 0.0]}, "loads.axis: must be a vector other than zero"),
-        ({}, {"force": [0.0, [1.0, 2.0]]}, r"loads.force\[1\]: must be a number or an expression"),
-    ],
-)
-def test_keys_that_do_not_fit_are_one_line(material, loads, told):
-    with pytest.raises(InputError, match=told):
-        Problem(
-            material={"young_modulus": E, "poisson_ratio": NU, **material},
-            geometry=Rectangle((0, 0), (1, 1)),
-            boundary=[Contact("bottom")],
-            loads=loads,
-        )
+def test_mistakes_are_one_line(told, material, loads, more):
+    usual = {"geometry": rectangle([0, 0], [2, 3]), "boundary": WALLS, **more}
+    with pytest.raises(InputError, match=told) as caught:
+        solve(problem(material=material, mesh={"element_size": 0.5}, loads=loads, **usual))
+    assert "\n" not in str(caught.value)
