@@ -6,15 +6,10 @@ import numpy as np
 import pytest
 from examples import example
 from scipy.interpolate import CubicSpline
+from shapes import closing, drawn, elastic, moved, problem, rectangle
 
 from petcontact import (
-    Contact,
-    Displacement,
-    Material,
     MeshOptions,
-    Problem,
-    Rectangle,
-    Traction,
     solve,
 )
 from petcontact.errors import PetcontactError, SolverError
@@ -85,24 +80,20 @@ def test_a_mesh_that_none_follows_is_compared_with_half_as_many_elements(known, 
 @pytest.mark.parametrize(
     ("gap", "load", "said"),
     [
-        (0.0, (0.29, -1.0), "half as many elements is not solved"),
-        (0.1, (0.0, 0.0), "contact carries nothing"),
+        (0.0, [0.29, -1.0], "half as many elements is not solved"),
+        (0.1, [0.0, 0.0], "contact carries nothing"),
     ],
 )
 def test_an_error_that_is_not_known_has_its_own_reason(gap, load, said, comm):
     """A block just below the limit of friction, on so few nodes that half of them tip over; and one
     above its floor."""
-    left = Displacement("left", (0.0, 0.0)) if gap else Traction("left", (0.0, 0.0))
-    block = Problem(
-        material=Material(young_modulus=100.0, poisson_ratio=0.3),
-        geometry=Rectangle((0.0, 0.0), (1.0, 1.0)),
-        mesh=MeshOptions(element_size=0.25),
-        boundary=[
-            Contact("bottom", normal="unilateral", gap=gap, friction_coefficient=0.3),
-            Traction("top", load),
-            left,
-            Traction("right", (0.0, 0.0)),
-        ],
+    bottom = closing("bottom", normal="unilateral", gap=gap, friction_coefficient=0.3)
+    left = (moved if gap else drawn)("left", [0.0, 0.0])
+    block = problem(
+        material=elastic(100.0, 0.3),
+        geometry=rectangle([0.0, 0.0], [1.0, 1.0]),
+        mesh={"element_size": 0.25},
+        boundary=[bottom, drawn("top", load), left, drawn("right", [0.0, 0.0])],
     )
     solution = with_estimate(solve(block, comm=comm), comm)
     assert solution.converged and said in solution.accuracy.unknown

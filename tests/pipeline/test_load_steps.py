@@ -10,15 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from problems import block, contact_pair, load_step, obstacle, posed
-from shapes import cuboid, drawn, elastic, moved, problem, rectangle, solid, touching
+from shapes import closing, cuboid, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import (
     Displacement,
     InputError,
-    Material,
-    MeshOptions,
-    Problem,
-    Rectangle,
     solve,
     write_solution,
 )
@@ -50,12 +46,7 @@ BLOCK = {
     "mesh": {"levels": 9, "order": 3},
     "boundary": [
         drawn("top", [0.0, -1.0]),
-        {
-            "part": "bottom",
-            "condition": "contact",
-            "normal": "unilateral",
-            "friction_coefficient": 0.3,
-        },
+        closing("bottom", normal="unilateral", friction_coefficient=0.3),
         *SIDES,
     ],
     "step": [
@@ -192,12 +183,7 @@ def test_what_a_step_may_not_change_is_refused(text, key, changes, said):
 
 def test_tresca_friction_that_is_too_small_is_named():
     """A bound of 0.2 over a length of 2 holds less than a pull of 0.5, whatever the pressure."""
-    bottom = {
-        "part": "bottom",
-        "condition": "contact",
-        "normal": "unilateral",
-        "friction_bound": 0.2,
-    }
+    bottom = closing("bottom", normal="unilateral", friction_bound=0.2)
     block = assembly(BLOCK, mesh={"element_size": 0.5}, boundary__1=bottom)
     assert "body 'body' cannot be held: the load pushes it along +x" in solve(block).reason
 
@@ -306,7 +292,7 @@ def test_parts_of_a_one_body_file_need_a_condition():
                 geometry=rectangle([0, 0], [1, 1]),
                 boundary=[
                     moved("top", [0, -0.01]),
-                    {"part": "bottom", "condition": "contact", "normal": "unilateral"},
+                    closing("bottom", normal="unilateral"),
                 ],
             )
         )
@@ -360,21 +346,21 @@ def test_a_face_that_is_held_sideways_is_pressed():
     assert alone.apart == (alone,) and alone == Displacement("top", (0, 0))  # also if looked at
     assert pressed.apart[1].value == pressed.traction and pressed.apart[0] is pressed.apart[0]
     assert condition_text(pressed) == "u = [0, free], t = [0, 2*ny*x/x]"
-    face = Problem(
-        material=Material(young, ratio),
-        geometry=Rectangle((0.5, 0), (1.5, 1)),
-        mesh=MeshOptions(0.5, order=1),
+    steps = [
+        {"name": "pull"},
+        {"name": "press", "boundary": [{"part": "top", "traction": [0, -5]}]},
+        {"name": "held", "boundary": [{"part": "top", "value": [0, "free"]}]},
+    ]
+    face = problem(
+        material=elastic(young, ratio),
+        geometry=rectangle([0.5, 0], [1.5, 1]),
+        mesh={"element_size": 0.5, "order": 1},
         boundary=[
-            Displacement("bottom", (0, 0)),
-            pressed,
-            Displacement("left", (0, "free")),
-            Displacement("right", (0, "free")),
+            moved("bottom", [0, 0]),
+            {**moved("top", [0, "free"]), "traction": [0, "2*ny*x/x"]},
+            *(moved(part, [0, "free"]) for part in ("left", "right")),
         ],
-        step=[
-            {"name": "pull"},
-            {"name": "press", "boundary": [{"part": "top", "traction": (0, -5)}]},
-            {"name": "held", "boundary": [{"part": "top", "value": (0, "free")}]},
-        ],
+        step=steps,
     )
     solution = solve(face)
     assert solution.converged, solution.reason
@@ -390,11 +376,11 @@ def test_a_face_that_is_held_sideways_is_pressed():
         (lambda: Displacement("top", (0, "free"), (1, 2)), r"traction\[0\]: must be 0 where"),
         (lambda: Displacement("top", (0, "free"), (0, 0, 2)), "as many components as value, 2"),
         (
-            lambda: Problem(
-                material=Material(1.0, 0.3),
-                geometry=Rectangle((0, 0), (1, 1)),
-                boundary=[Displacement("top", (0, "free"))],
-                step=[{"boundary": [{"part": "top", "traction": (1, 0)}]}],
+            lambda: problem(
+                material=elastic(1.0, 0.3),
+                geometry=rectangle([0, 0], [1, 1]),
+                boundary=[moved("top", [0, "free"])],
+                step=[{"boundary": [{"part": "top", "traction": [1, 0]}]}],
             ),
             r"step\[0\]\.boundary\[0\]\.traction\[0\]: must be 0 where",
         ),

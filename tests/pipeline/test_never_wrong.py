@@ -3,28 +3,31 @@ friction bound."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from examples import example
-from shapes import elastic, moved, problem, rectangle, solid, touching
+from shapes import closing, elastic, moved, problem, rectangle, solid, touching
 
-from petcontact import Bem, Contact, Displacement, MeshOptions, Method, Traction, solve
+from petcontact import load, solve
 from petcontact.contact.friction_law import contact_norm
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
-COARSE = MeshOptions(element_size=0.4)
+EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
+COARSE = {"element_size": 0.4}
+NEWTON = {"name": "semismooth-newton"}
 
 
-def with_bound(case, bound):
-    return case.model_copy(
-        update={"boundary": (Contact(part="bottom", friction_bound=bound), *case.boundary[1:])}
-    )
+def example(method, mesh=COARSE, **changes):
+    """Example 1 with changes, __ for a dot."""
+    changes = {key.replace("__", "."): value for key, value in changes.items()}
+    return load(EXAMPLE, {"mesh": mesh, "method": method, **changes})
 
 
 @pytest.fixture(scope="module")
 def exact(comm):
-    return solve(example(1, mesh=COARSE, name="semismooth-newton", rule=None), comm=comm).contact
+    return solve(example(NEWTON), comm=comm).contact
 
 
 @pytest.mark.parametrize(
@@ -34,7 +37,8 @@ def exact(comm):
 def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
     """Squares of σ_t underflow: all norms were zero, and nothing seemed to change. A ρ that is
     chosen well converges."""
-    solution = solve(example(1, mesh=COARSE, rule=rule, rho=rho, max_iterations=100), comm=comm)
+    method = {"name": "projection", "rule": rule, "rho": rho, "max_iterations": 100}
+    solution = solve(example(method), comm=comm)
     error = contact_norm(solution.contact.u_t - exact.u_t, exact.weight) / contact_norm(
         exact.u_t, exact.weight
     )
@@ -48,22 +52,14 @@ def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
     [(1e-170, "projection"), (1e140, "semismooth-newton"), (1e-170, "operator-robin")],
 )
 def test_data_of_any_size_give_the_same_solution(unit, name, exact, comm):
-    case, stiffness = (
-        example(1, mesh=COARSE),
-        max(unit, 1.0),
-    )  # displacements of 1e138 are refused, see the next test
-    method = Method(name=name, rho=1e3 * stiffness, tolerance=1e-8)
-    scaled = with_bound(case, 150.0 * unit).model_copy(update={"method": method})
-    boundary = [
-        c.model_copy(update={"value": (400.0 * unit, 0.0)}) if c.part == "left" else c
-        for c in scaled.boundary
-    ]
-    material = case.material.model_copy(
-        update={"young_modulus": stiffness * case.material.young_modulus}
+    stiffness = max(unit, 1.0)  # displacements of 1e138 are refused, see the next test
+    scaled = example(
+        {"name": name, "rho": 1e3 * stiffness, "tolerance": 1e-8},
+        material__young_modulus=1e4 * stiffness,
+        boundary__0__friction_bound=150.0 * unit,
+        boundary__2__value=[400.0 * unit, 0.0],
     )
-    solution = solve(
-        scaled.model_copy(update={"boundary": tuple(boundary), "material": material}), comm=comm
-    )
+    solution = solve(scaled, comm=comm)
     assert solution.converged, solution.reason
     u_t = solution.contact.u_t / unit * stiffness
     assert np.allclose(u_t, exact.u_t, rtol=0, atol=1e-6 * np.abs(exact.u_t).max())
@@ -71,9 +67,7 @@ def test_data_of_any_size_give_the_same_solution(unit, name, exact, comm):
 
 def test_displacements_beyond_all_sizes_are_not_accepted(recwarn, comm):
     """One line, whatever overflows on the way."""
-    case = example(1, mesh=COARSE, name="semismooth-newton", rule=None)
-    material = case.material.model_copy(update={"young_modulus": 1e-300})
-    solution = solve(case.model_copy(update={"material": material}), comm=comm)
+    solution = solve(example(NEWTON, material__young_modulus=1e-300), comm=comm)
     assert not solution.converged and "times its size, at most 1e+09 is accepted" in solution.reason
     assert not recwarn.list
 
@@ -82,16 +76,16 @@ def test_displacements_beyond_all_sizes_are_not_accepted(recwarn, comm):
     ("mesh", "name"),
     [
         (COARSE, "tao"),
-        (MeshOptions(element_size=0.4, order=2), "projection"),
+        ({"element_size": 0.4, "order": 2}, "projection"),
         # cond(S) is 1e6 there: no scalar ρ gets there in reasonable time
-        (MeshOptions(order=3, levels=8), "semismooth-newton"),
-        (MeshOptions(order=3, levels=8), "operator-robin"),
+        ({"order": 3, "levels": 8}, "semismooth-newton"),
+        ({"order": 3, "levels": 8}, "operator-robin"),
     ],
 )
 def test_full_stick_is_a_solution(mesh, name, comm):
     """u_t is round-off there, and cannot be the measure of itself."""
-    case = with_bound(example(1, mesh=mesh, name=name, rule=None, rho=1e4), 1e4)
-    solution = solve(case, comm=comm)
+    method = {"name": name, "rho": 1e4}
+    solution = solve(example(method, mesh, boundary__0__friction_bound=1e4), comm=comm)
     assert solution.converged, solution.reason
     assert not solution.contact.state.any() and [zone.name for zone in solution.zones] == ["stick"]
     assert np.abs(solution.contact.u_t).max() < 1e-5 * np.abs(solution.u).max()
@@ -104,22 +98,17 @@ def test_full_stick_is_a_solution(mesh, name, comm):
     [
         {"name": "operator-robin"},
         {"name": "semismooth-newton"},
-        {"rule": "modified", "rho": 1e4},
+        {"name": "projection", "rule": "modified", "rho": 1e4},
         {"name": "semismooth-newton", "formulation": "full"},
     ],
 )
 def test_a_rigid_displacement_swallows_no_error(shift, keys, comm):
     """The clamped top is moved far along x, and all slides: what strains the body is the same, or
     it is refused."""
-    case = example(1, mesh=COARSE)
-    free = [Traction(part=part, value=(0.0, 0.0)) for part in ("left", "right")]
 
-    def solved(way, **more):
-        boundary = (case.boundary[0], Displacement(part="top", value=(way, 0.0)), *free)
-        return solve(
-            case.model_copy(update={"boundary": boundary, "method": Method(**keys), **more}),
-            comm=comm,
-        )
+    def solved(way, **bem):
+        given = {"boundary__1__value": [way, 0.0], "boundary__2__value": [0.0, 0.0], **bem}
+        return solve(example(keys, **given), comm=comm)
 
     near, far = solved(5.0), solved(shift)
     exact = near.contact.sigma_n
@@ -127,7 +116,8 @@ def test_a_rigid_displacement_swallows_no_error(shift, keys, comm):
     assert far.converged or shift > 1e8 or keys.get("name") != "semismooth-newton"
     found = [far]
     if keys == {"name": "semismooth-newton"}:
-        found.append(solved(shift, bem=Bem(mat_type="hodlr", hodlr_tol=1e-8, hodlr_leaf=8)))
+        bem = {"mat_type": "hodlr", "hodlr_tol": 1e-8, "hodlr_leaf": 8}
+        found.append(solved(shift, bem=bem))
     for solution in found:
         if solution.converged:
             assert np.allclose(solution.contact.sigma_t, -150.0, rtol=1e-3)
@@ -148,7 +138,7 @@ def test_a_body_that_is_held_all_around_has_a_solution(loads):
             material={**elastic(1.0, 0.3), "thermal_expansion": 1e-5},
             mesh={"element_size": 0.2},
             geometry={"shape": "outline", "loops": [rim]},
-            boundary=[{"part": "rim", "condition": "contact", "friction_bound": 0.1}],
+            boundary=[closing("rim", friction_bound=0.1)],
             **loads,
         )
     )

@@ -9,18 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from marks import some
+from shapes import drawn, elastic, moved, problem, rectangle, solid
 
 import petcontact.pipeline.operators as module
 from petcontact import (
-    Bem,
-    Displacement,
     InputError,
-    Material,
-    MeshOptions,
-    Problem,
-    Rectangle,
-    Sphere,
-    Traction,
     load,
     operators,
     solve,
@@ -44,10 +37,10 @@ PROBLEMS = {
 def test_a_solution_satisfies_the_operators(kind):
     """v = u_0 + Sσ + Mα - gap at what the solve found, and ½u + Hu = Gt in each body."""
     name, changes = PROBLEMS[kind]
-    problem = load(CONFIGS / f"{name}.toml", changes)
-    if problem.step:
-        problem = problem.model_copy(update={"step": problem.step[:1]})
-    solution, found = solve(problem), operators(problem)
+    posed = load(CONFIGS / f"{name}.toml", changes)
+    if posed.step:
+        posed = posed.model_copy(update={"step": posed.step[:1]})
+    solution, found = solve(posed), operators(posed)
     assert solution.converged and list(found.pairs) == list(solution.pairs)
     sigma, slip = (
         np.concatenate([getattr(pair, key) for pair in solution.pairs.values()])
@@ -60,7 +53,7 @@ def test_a_solution_satisfies_the_operators(kind):
         )
     moved = found.u_0 + (found.S @ sigma.ravel()).reshape(sigma.shape)
     assert np.allclose(found.apply(sigma), moved - found.u_0, atol=1e-12 * np.abs(moved).max())
-    if not found.modes.shape[1] and not problem.obstacle:
+    if not found.modes.shape[1] and not posed.obstacle:
         assert np.allclose(moved[:, : slip.shape[1]], slip, atol=1e-9 * np.abs(moved).max())
     assert np.array_equal(found.x, np.concatenate([pair.x for pair in solution.pairs.values()]))
     assert found.states.shape[0] == 2 and not found.states[0].any()
@@ -89,13 +82,15 @@ def test_rows_of_h_sum_to_minus_a_half():
 
 
 def test_what_cannot_be_is_refused():
-    free = Problem(
-        material=Material(1.0, 0.3),
-        geometry=Rectangle((0, 0), (1, 1)),
-        mesh=MeshOptions(0.5),
-        boundary=[Traction(part, (0, 0)) for part in ("left", "right", "top", "bottom")],
+    held = problem(
+        material=elastic(1.0, 0.3),
+        geometry=rectangle([0, 0], [1, 1]),
+        mesh={"element_size": 0.5},
+        boundary=[
+            moved("left", [0, 0]),
+            *(drawn(part, [0, 0]) for part in ("right", "top", "bottom")),
+        ],
     )
-    held = free.model_copy(update={"boundary": (Displacement("left", (0, 0)), *free.boundary[1:])})
     found = operators(held)
     assert found.S.shape == (0, 0) and not found.pairs
     with pytest.raises(InputError, match="no part is in contact"):
@@ -106,19 +101,12 @@ def test_what_cannot_be_is_refused():
 
 def test_curved_panels_are_integrated_to_the_tolerance_that_is_asked_for():
     """1e-8 of the largest entries by default, 2e-10 with 1e-11."""
-    held = [
-        Displacement(part, (0.0, 0.0, 0.0))
-        for part in ("left", "right", "front", "back", "bottom", "top")
-    ]
-    ball = Problem(
-        material=Material(1000.0, 0.3),
-        geometry=Sphere((0.0, 0.0, 0.0), 1.0),
-        mesh=MeshOptions(element_size=1.0, order=1),
-        boundary=held,
-    )
+    sphere, mesh = {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0}, {"element_size": 1.0}
+    held = [moved(part, [0.0] * 3) for part in ("left", "right", "front", "back", "bottom", "top")]
+    ball = solid("ball", sphere, *held, mesh={**mesh, "order": 1})
     exact, asked, usual = (
-        operators(ball.model_copy(update={"bem": Bem(quadrature_tol=tolerance)})).bodies["body"]
-        for tolerance in (1e-13, 1e-11, None)
+        operators(problem(body=[ball], bem=bem)).bodies["ball"]
+        for bem in ({"quadrature_tol": 1e-13}, {"quadrature_tol": 1e-11}, {})
     )
     for name in ("G", "H"):
         entries = getattr(exact, name)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, elastic, moved, problem, rectangle, solid, touching
+from shapes import cuboid, drawn, elastic, moved, problem, rectangle, rollers, solid, touching
 
 from petcontact import InputError, read_result, solve
 from petcontact.model.case import parse_problem
@@ -17,6 +17,7 @@ from petcontact.reference.westergaard import WavyContact
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 E_STAR, HEIGHT = contact_modulus(1.0, 0.3), 0.01
+SIZES, LOAD = {"top": 0.0125, "left": 0.0625}, 0.5 * np.pi * E_STAR * HEIGHT
 SIDES = {"part": "left", "condition": "periodic", "partner": "right"}
 
 
@@ -27,19 +28,9 @@ def waves(crest, **changes):
         {
             "material": elastic(1.0, 0.3),
             "geometry": rectangle([0.0, -2.0], [1.0, 0.0]),
-            "mesh": {
-                "element_size": 0.125,
-                "element_sizes": {"top": 0.0125, "left": 0.0625},
-                "order": 3,
-            },
+            "mesh": {"element_size": 0.125, "element_sizes": SIZES, "order": 3},
             "boundary": [moved("bottom", [0.0, 0.0]), dict(SIDES)],
-            "obstacle": [
-                {
-                    "name": "wave",
-                    "displacement": [0.0, "free"],
-                    "force": [0.0, -0.5 * np.pi * E_STAR * HEIGHT],
-                }
-            ],
+            "obstacle": [{"name": "wave", "displacement": [0.0, "free"], "force": [0.0, -LOAD]}],
             "contact": [touching("c", "top", "wave", gap=f"{HEIGHT}*(1-cos(2*pi*(x-{crest})))")],
         },
         "test.toml",
@@ -52,7 +43,7 @@ def test_westergaards_waves_wherever_the_period_begins(crest=0.0):
     """With crest = 0 the contact goes over the sides."""
     solution = solve(waves(crest))
     pair = solution.pairs["c"]
-    wave = WavyContact(0.5 * np.pi * E_STAR * HEIGHT, HEIGHT, 1.0, E_STAR)
+    wave = WavyContact(LOAD, HEIGHT, 1.0, E_STAR)
     exact = wave.pressure((pair.x[:, 0] - crest + 0.5) % 1.0 - 0.5)
     assert solution.converged and not solution.warnings
     assert np.sqrt(pair.weight @ (pair.pressure - exact) ** 2) < 5e-4 * np.sqrt(
@@ -66,28 +57,16 @@ def test_westergaards_waves_wherever_the_period_begins(crest=0.0):
 def test_a_jump_strains_evenly_and_follows_the_steps(tmp_path):
     """σ_xx = E ε in plane stress; sides that are not straight do as well."""
     vertices = [[0.0, 0.0], [2.0, 0.0], [2.3, 0.5], [2.0, 1.0], [0.0, 1.0], [0.3, 0.5]]
-    posed = parse_problem(
-        {
-            "material": {"young_modulus": 3.0, "poisson_ratio": 0.3, "plane": "stress"},
-            "geometry": {
-                "shape": "polygon",
-                "vertices": vertices,
-                "parts": ["bottom", "right", "right", "top", "left", "left"],
-            },
-            "mesh": {"element_size": 0.25, "element_sizes": {"right": 0.1}, "order": 2},
-            "boundary": [
-                {"part": "bottom", "condition": "symmetry"},
-                {**SIDES, "jump": [0.02, 0.0]},
-                drawn("top", [0.0, 0.0]),
-            ],
-            "step": [
-                {"name": "pull", "increments": 2},
-                {"name": "back", "boundary": [{"part": "left", "value": [-0.04, 0.0]}]},
-            ],
-        },
-        "test.toml",
-        {},
-        Path(),
+    parts = ["bottom", "right", "right", "top", "left", "left"]
+    posed = problem(
+        material={**elastic(3.0, 0.3), "plane": "stress"},
+        geometry={"shape": "polygon", "vertices": vertices, "parts": parts},
+        mesh={"element_size": 0.25, "element_sizes": {"right": 0.1}, "order": 2},
+        boundary=[*rollers("bottom"), {**SIDES, "jump": [0.02, 0.0]}, drawn("top", [0.0, 0.0])],
+        step=[
+            {"name": "pull", "increments": 2},
+            {"name": "back", "boundary": [{"part": "left", "value": [-0.04, 0.0]}]},
+        ],
     )
     solution = solve(posed)
     assert solution.converged

@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import scipy
-from shapes import cuboid, drawn, elastic, moved, rectangle, solid, touching
+from shapes import closing, cuboid, drawn, elastic, moved, rectangle, solid, touching
 
 from petcontact import solve
 from petcontact.contact.equilibrium import unbalanced_load
@@ -31,12 +31,7 @@ BLOCK = {
     "geometry": cuboid(STILL, [2.0, 1.0, 1.0]),
     "mesh": MESH,
     "boundary": [
-        {
-            "part": "bottom",
-            "condition": "contact",
-            "normal": "unilateral",
-            "friction_coefficient": 0.3,
-        },
+        closing("bottom", normal="unilateral", friction_coefficient=0.3),
         drawn("top", [0.0, 0.0, -1.0]),
         *(drawn(part, STILL) for part in ("left", "right", "front", "back")),
     ],
