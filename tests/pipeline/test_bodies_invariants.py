@@ -15,37 +15,19 @@ from petcontact import InputError, solve
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
-USUAL = {
-    "e": 1.0,
-    "e2": 3.0,
-    "x0": -2.0,
-    "x1": 2.0,
-    "y0": -2.0,
-    "y1": 0.0,
-    "y2": 1.5,
-    "h": 0.25,
-    "middle": 0.1,
-    "radius": 2.0,
-    "down": -0.3,
-    "right": 0.1,
-    "press": 1,
-    "push": 1,
-    "secondary": "lower.top",
-    "primary": "upper.bottom",
-}
 
-
-def two(mu=0.4, **changes):
-    v = {**USUAL, **changes}
-    mesh = f"element_size = {v['h']}, order = 2"
+def two(
+    mu=0.4, e2=3.0, down=-0.3, right=0.1, middle=0.1, radius=2.0, press=1, push=1, swapped=False
+):
+    """A block on another one, its face a parabola, pressed and then pushed."""
+    mesh = "element_size = 0.25, order = 2"
+    sides = ["lower.top", "upper.bottom"][:: -1 if swapped else 1]
     return (
-        block("lower", [v["x0"], v["y0"]], [v["x1"], v["y1"]], v["e"], 0.3, mesh, bottom=[0.0, 0.0])
-        + block("upper", [v["x0"], v["y1"]], [v["x1"], v["y2"]], v["e2"], 0.2, mesh, top=[0.0, 0.0])
-        + contact_pair(
-            "pair", v["secondary"], v["primary"], mu, f"(x - {v['middle']})**2/{v['radius']}"
-        )
-        + load_step(increments=v["press"], upper={"top": [0.0, v["down"]]})
-        + load_step(increments=v["push"], upper={"top": [v["right"], v["down"]]})
+        block("lower", [-2.0, -2.0], [2.0, 0.0], 1.0, 0.3, mesh, bottom=[0.0, 0.0])
+        + block("upper", [-2.0, 0.0], [2.0, 1.5], e2, 0.2, mesh, top=[0.0, 0.0])
+        + contact_pair("pair", *sides, mu, f"(x - {middle})**2/{radius}")
+        + load_step(increments=press, upper={"top": [0.0, down]})
+        + load_step(increments=push, upper={"top": [right, down]})
     )
 
 
@@ -66,7 +48,7 @@ def fields(solution, *, flip=False):
 
 def test_either_side_may_be_the_secondary():
     one = fields(solved())
-    other = fields(solved(secondary="upper.bottom", primary="lower.top"), flip=True)
+    other = fields(solved(swapped=True), flip=True)
     for a, b in zip(one, other, strict=True):
         assert np.allclose(a, b, atol=1e-10 * np.abs(a).max())
 
