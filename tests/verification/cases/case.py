@@ -52,7 +52,8 @@ class Case:
 
     `data` has the numbers of the problem, as a table. `accuracy` solves on adaptive meshes to it, as
     `--accuracy` does. `curve` has closed forms of "pressure" and "shear" that are drawn where they
-    have no norm.
+    have no norm. `edges` are points of the contact where the reference has the end of a zone, and
+    `multiple` a step and a factor: the pressure at the end is exactly as many times that of the step.
     """
 
     name: str
@@ -70,6 +71,14 @@ class Case:
     values: tuple[Value, ...] = ()
     data: dict[str, str] = field(default_factory=dict)
     curve: dict[str, str] = field(default_factory=dict)
+    edges: tuple[tuple[float, ...], ...] = ()
+    multiple: tuple[int, float] | None = None
+
+    @property
+    def drawn(self) -> dict[str, Any]:
+        """All that a picture of the contact shows beside the solution."""
+        marks = {"edges": self.edges, "multiple": self.multiple}
+        return self.curve | {key: mark for key, mark in marks.items() if mark}
 
     @property
     def config(self) -> Path | None:

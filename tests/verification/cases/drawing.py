@@ -26,7 +26,7 @@ CURVES = {"pressure": "p", "shear": "q"}
 def digest_of(case) -> str:
     """Of what its pictures show: the problem, how it is solved, and the closed forms."""
     posed = tomllib.loads(case.config.read_text()) if case.config else case.problem
-    return hashlib.sha256(repr((posed, case.accuracy, case.curve)).encode()).hexdigest()[:16]
+    return hashlib.sha256(repr((posed, case.accuracy, case.drawn)).encode()).hexdigest()[:16]
 
 
 def problem_picture(solution, path: Path) -> Path:
@@ -38,8 +38,10 @@ def contact_picture(case, solution, path: Path) -> Path:
     """Pressure and shear along the last interface at the end with the reference, in space over
     the distance from its middle, or without a reference the pressure on its panels."""
     mesh = next(iter(solution.meshes.values()))
+    if all(value.measure == "displacement" for value in case.values):
+        return _small(path, draw_displacement, solution, case.values)
     if isinstance(mesh, CurveMesh):
-        return _small(path, draw_curves, solution, case.values, case.curve)
+        return _small(path, draw_curves, solution, case)
     if case.curve:
         return _small(path, draw_radial, solution, case.curve)
     return _small(path, space.draw_normal, solution)
@@ -54,8 +56,24 @@ def _small(path, draw, *arguments):
     return path
 
 
-def draw_curves(figure, solution, values, curve):
+def draw_displacement(figure, solution, values):
+    """A component of the displacement along a part, with the tested points."""
+    keys, axes, units = values[0].keys, figure.add_subplot(), solution.problem.units
+    mesh, body = next(iter(solution.meshes.items()))[1], next(iter(solution.last.bodies.values()))
+    nodes = mesh.nodes_of(keys["part"])
+    x = mesh.x[nodes, 0]
+    order = np.argsort(x)
+    axes.plot(x[order], body.u[nodes, keys["component"]][order], label="computed")
+    points = [(value.keys["at"][0], value.reference) for value in values]
+    axes.plot(*np.transpose(points), "kx", ms=7.0, label="reference")
+    name = f"$u_{'xyz'[keys['component']]}$ along {keys['part']}"
+    axes.set(xlabel=label("x", units.length), ylabel=label(name, units.length))
+    legend_beside(axes)
+
+
+def draw_curves(figure, solution, case):
     """Pressure and shear, the exact curves of values that are errors, and tested points."""
+    values, curve = case.values, case.curve
     name = list(solution.pairs)[-1]
     pair, axes = solution.pairs[name], figure.add_subplot()
     order = np.argsort(pair.arc_length)
@@ -80,9 +98,30 @@ def draw_curves(figure, solution, values, curve):
             lw=0.9,
             label=f"{CURVES[key]} closed form",
         )
-    points = [value for value in references if value.measure in CURVES and "step" not in value.keys]
-    for value in points:
-        place = np.argmin(np.linalg.norm(pair.x - np.asarray(value.keys["at"]), axis=1))
+    if case.multiple:
+        step, factor = case.multiple
+        former = solution.steps[step - 1].pairs[name].pressure
+        axes.plot(
+            s,
+            factor * former[order],
+            ls="--",
+            color="black",
+            lw=0.9,
+            label=f"{factor:g} times p of step {step}",
+        )
+    for at in case.edges:
+        place = np.argmin(np.linalg.norm(pair.x - np.asarray(at), axis=1))
+        named = (
+            None if "edge, reference" in axes.get_legend_handles_labels()[1] else "edge, reference"
+        )
+        axes.axvline(pair.arc_length[place], ls=":", color="black", lw=1.0, label=named)
+    for value in references:
+        if value.measure == "largest_pressure":
+            place = np.argmax(pair.pressure)
+        elif value.measure in CURVES and "step" not in value.keys:
+            place = np.argmin(np.linalg.norm(pair.x - np.asarray(value.keys["at"]), axis=1))
+        else:
+            continue
         named = None if "reference" in axes.get_legend_handles_labels()[1] else "reference"
         height = value.keys.get("sign", 1.0) * value.reference
         axes.plot(pair.arc_length[place], height, "kx", ms=7.0, label=named)
