@@ -53,6 +53,13 @@ def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
     )
 
 
+def test_wear_that_jumps_leaves_an_edge_that_presses():
+    posed = blocks(-1.0, 1.0)
+    worn = posed.contact[0].model_copy(update={"wear_coefficient": "where(x > 0.25, 0.1, 0)"})
+    posed = posed.model_copy(update={"contact": (worn,)})
+    assert fading_places(posed)["pair"].arc_lengths == pytest.approx([0.0, 1.25, 2.0])
+
+
 @pytest.mark.slow
 def test_elements_at_a_corner_that_presses_halve_from_mesh_to_mesh():
     # a ball rests on the sharp edge of a hole: with larger elements there the last mesh was less

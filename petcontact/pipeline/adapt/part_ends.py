@@ -16,6 +16,7 @@ from ...geometry.outline import Outline
 from ...geometry.same_place import TOLERANCE, inside
 from ...mesh.grading import at_ends, singular_ends, turn
 from ...mesh.pairs.curve_sides import curve_projection
+from ...model.expressions import Value
 from ...model.interfaces import PosedInterface
 from ...refinement.known_data import gap_slope, gap_switches
 from ...round_off import SINGLE
@@ -48,8 +49,10 @@ def pressed_sides(
     body."""
     pressed = [PressedSides() for _ in outlines]
     for side in sides:
-        if side.law.normal == "unilateral":
-            _add_switches(pressed[side.body], outlines[side.body], side)
+        law, own = side.law, (pressed[side.body], outlines[side.body], side.part)
+        if law.normal == "unilateral":
+            _add_switches(*own, law.gap)
+            _add_switches(*own, law.wear_coefficient or 0.0)
         _add_apex(pressed, outlines, side)
         if side.primary is None or side.periodic:
             continue
@@ -117,10 +120,11 @@ def _add_apex(
             pressed[b].pressing.add((k, end))
 
 
-def _add_switches(pressed: PressedSides, outline: Outline, side: PosedInterface) -> None:
+def _add_switches(pressed: PressedSides, outline: Outline, part: str, gap: Value) -> None:
+    """Add where a gap, or the wear that opens it, has kinks and jumps along a part."""
     for k, (segment, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
-        if segment.part == side.part:
-            rough = gap_switches(side.law.gap, segment, offset)
+        if segment.part == part:
+            rough = gap_switches(gap, segment, offset)
             for arcs, fractions in zip((pressed.kinks, pressed.inner), rough, strict=True):
                 arcs.setdefault(k, []).extend(_inner(outline, k, fractions))
 
