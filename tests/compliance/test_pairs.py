@@ -202,7 +202,7 @@ def test_later_loads_that_nothing_holds_are_named_before_a_matrix_is_built(made,
         raise SolverError("assemble", "a matrix is built", "")
 
     monkeypatch.setattr(HierarchicalBody, "__init__", built)
-    held = "at the end of step 'push': body 'free' cannot be held: the load pushes it along"
+    held = "at the end of step 'push': body 'free' cannot be held: the load turns it beyond what"
     wanted = "a matrix is built" if told is None else held + told
     with pytest.raises(SolverError, match=wanted):
         compressed(made())
