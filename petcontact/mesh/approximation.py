@@ -300,7 +300,7 @@ def _rule(
     along = np.stack(
         [position(share + nudge) - position(share - nudge) for nudge in nudges], axis=1
     )
-    area = np.sqrt(np.linalg.det(along @ along.transpose(0, 2, 1))) / (2.0 * NUDGE) ** d
+    area = np.prod(np.linalg.svd(along, compute_uv=False), axis=1) / (2.0 * NUDGE) ** d
     place = faces.spread(face, share)
     x, normal = faces.at(face, place)
     values, area = function(elements[face], place, x, normal), area * mesh.around(x)

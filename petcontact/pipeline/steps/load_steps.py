@@ -127,7 +127,7 @@ class _Shares:
 
     def __init__(self, increment: Increment, monitor: Monitor | None) -> None:
         self.last: Tried | None = None
-        self.lost, self._monitor, self._more = math.inf, monitor, False
+        self.lost = math.inf
         self.reached, self.whole = increment.target, _first_share(increment.step)
         self.halves = Halves(monitor) if increment.step.increments == "auto" else None
         factors = increment.problem.factors.get(increment.number, ())
@@ -148,29 +148,22 @@ class _Shares:
         target = self.known[0] if self.known else min(1.0, self.reached + self.size)
         return 1.0 if 1.0 - target < 1e-9 else target
 
-    def tried(self, following: Increment) -> list[Tried]:
-        """Solve the next increment, by its halves where that is asked for. None are returned where
-        they differ from it, or where it is known that contact does not hold the load."""
-        self._more = self.doubt and is_unbalanced(following)
-        if self._more:
-            return []
-        if self.halves is None or self.known:
-            return [self.whole_of(following)]
-        tried = self.halves(following)
-        self._more = self.halves.error > 1.0
-        return tried
+    @property
+    def by_halves(self) -> Halves | None:
+        """What solves the next increment by its halves, where that is asked for."""
+        return None if self.known else self.halves
 
-    def whole_of(self, following: Increment) -> Tried:
-        """Solve the next increment without halves, once."""
-        ends = following.begun, following.target
-        if self.last is None or ends != (self.last[0].begun, self.last[0].target):
-            self.last = with_wear(following, following.solved(self._monitor), self._monitor)
-        return self.last
+    def solved_before(self, increment: Increment) -> Tried | None:
+        """Return the last increment if it is this one, which need not be solved again."""
+        ends = increment.begun, increment.target
+        same = self.last is not None and ends == (self.last[0].begun, self.last[0].target)
+        return self.last if same else None
 
     def smaller(self, failed: Increment, tried: list[Tried]) -> bool:
         """Take a smaller share after an increment that failed; return whether there is one.
 
-        It may be as small as an unheld load or halves that differ ask for.
+        It may be as small as an unheld load or halves that differ ask for, where nothing was
+        tried.
         """
         if tried and tried[-1][1].unheld:
             self.lost = tried[-1][0].target
@@ -182,7 +175,7 @@ class _Shares:
         # with held normals and no steps a part of the load is solved for only where the whole load
         # has no equilibrium
         divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
-        least = self.whole * 0.5 ** max(problem.halvings, HALVINGS * self._more)
+        least = self.whole * 0.5 ** max(problem.halvings, HALVINGS * (not tried))
         half = 0.5 * (self.target - self.reached)
         if half < least or not (divisible or is_unbalanced(failed)):
             return False
@@ -218,11 +211,17 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     state, shares = increment.before, _Shares(increment, monitor)
     while shares.reached < 1.0 - 1e-12:
         following = replace(increment, target=shares.target, begun=shares.reached, before=state)
-        tried = shares.tried(following)
+        whole, tried = shares.solved_before(following), list[Tried]()
+        if not (shares.doubt and is_unbalanced(following)):
+            if shares.by_halves:
+                tried = shares.by_halves(following)
+            else:
+                tried = [whole or with_wear(following, following.solved(monitor), monitor)]
+                shares.last = tried[0]
         ends = tried and (tried[-1][1].converged or tried[-1][1].stopped)
         if not ends and shares.smaller(following, tried):
             continue
-        tried = tried or [shares.whole_of(following)]
+        tried = tried or [whole or with_wear(following, following.solved(monitor), monitor)]
         yield from tried
         state = tried[-1][2]
         shares.reach()
