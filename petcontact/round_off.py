@@ -50,6 +50,17 @@ def of_vectors(*terms: Array, share: float) -> Array:
     return np.asarray(share * sum(np.abs(term).sum(axis=1, keepdims=True) for term in terms))
 
 
+def first_largest(values: Array) -> int:
+    """The number of the first of values (n,) that is the largest but for round-off: of a body that
+    is symmetric it is on the same side on every machine.
+
+    >>> first_largest(np.array([1.0, 3.0 - 1e-9, 3.0]))
+    1
+    """
+    most = values.max()
+    return int(np.argmax(values >= most - HALF * np.abs(most)))
+
+
 def whole(value: float) -> int:
     """The nearest whole number of a positive one, a half being rounded up whatever its last digits
     are.

@@ -17,7 +17,7 @@ from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import points_at, spread_places
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..round_off import EPS, SOLVED
+from ..round_off import EPS, SOLVED, first_largest
 from .contact_zones import areas, hidden_slip
 from .evaluated import Evaluated
 from .peaks import FINEST, QUANTITIES, stress_peaks
@@ -226,7 +226,7 @@ class _OfStep:
         """Yield the largest displacement of each body."""
         for name, result in self._step.bodies.items():
             mesh, size = self._solution.meshes[name], np.linalg.norm(result.u, axis=1)
-            k = int(np.argmax(size))
+            k = first_largest(size)
             location = {"place": mesh.x[k], "part": mesh.part_names[mesh.node_part[k]]}
             yield self._number("largest displacement", name, size[k], "length", **location)
 
@@ -307,7 +307,7 @@ def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Arr
 
     Elements with nodes at which it is 0 or less are seen at their nodes only: there it has a kink.
     """
-    k = int(np.argmax(values))
+    k = first_largest(values)
     best = max(float(values[k]), 0.0), mesh.x[nodes[k]], int(mesh.element[nodes[k]])
     if best[0] == 0.0:
         return best
@@ -335,7 +335,7 @@ def _between(
     number = np.repeat(element, places.shape[1])
     at = places.reshape(-1, *places.shape[2:])
     values = mesh.basis_at(number, at) @ whole
-    j = int(np.argmax(values))
+    j = first_largest(values)
     place = points_at(mesh, number[j : j + 1], at[j : j + 1])[0][0]
     return values.reshape(len(element), -1).max(axis=1), (float(values[j]), place, int(number[j]))
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..contact.law_protocol import OPEN
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..round_off import first_largest
 from .evaluated import Evaluated
 from .records import BodyResult, StepResult
 
@@ -54,7 +55,7 @@ def _below_contacts(solution: Evaluated, body: str, step: StepResult) -> Iterato
             continue
         sign = -1.0 if body == secondary else 1.0
         every = max(1, len(closed) // ACROSS[dim] ** (dim - 1))
-        rows = np.append(closed[::every], closed[np.argmax(pair.pressure[closed])])
+        rows = np.append(closed[::every], closed[first_largest(pair.pressure[closed])])
         yield _below(pair.x[rows], sign * pair.normal[rows], float(pair.weight[closed].sum()))
 
 
@@ -63,7 +64,7 @@ def _below_loads(mesh: BoundaryMesh, found: BodyResult) -> Iterator[Array]:
     half as large."""
     size = np.linalg.norm(found.traction, axis=1)
     for nodes in filter(len, map(mesh.nodes_of, mesh.part_names)):
-        top = nodes[np.argmax(size[nodes])][None]
+        top = nodes[[first_largest(size[nodes])]]
         wide = float(mesh.weight[nodes][size[nodes] >= 0.5 * size[top]].sum())
         yield _below(mesh.x[top], -mesh.normal[top], wide)
 

@@ -17,7 +17,7 @@ import numpy as np
 from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..round_off import SINGLE, SUMMED
+from ..round_off import SINGLE, SUMMED, first_largest
 from .evaluated import Evaluated
 from .peak_places import places_inside
 from .records import StepResult, step_ends
@@ -137,7 +137,7 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
 
     Next to a place without a bound the number only says how near the points lie.
     """
-    k = int(np.argmax(stress))
+    k = first_largest(stress)
     reach = hill_reach(solution.meshes[body])
     near = [
         each.sides
@@ -194,7 +194,7 @@ class _Samples:
         for rows in (np.arange(count), np.arange(count, len(values))):
             rows = rows[usable[rows]]
             if len(rows):
-                k = int(rows[np.argmax(values[rows])])
+                k = int(rows[first_largest(values[rows])])
                 part = ""
                 if k < count:
                     mesh = self._fields.mesh
@@ -226,8 +226,8 @@ class _Samples:
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place + step * ways, peak.part)
             values[self._near_unbounded(x) & off] = -np.inf
-            k, reached = int(np.argmax(values)), 0.0
-            if values[k] > value:
+            k, reached = first_largest(values), 0.0
+            if values[k] > (1.0 + FINEST**2) * value:
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
             step *= 2.0 if reached >= step else 1.0 / len(GRID)
