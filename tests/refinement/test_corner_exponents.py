@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
+import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from petcontact.refinement.corner_exponents import (
     CLAMPED,
@@ -39,6 +42,43 @@ def test_known_exponents(degrees, first, second, expected):
         assert corner_exponent(math.radians(degrees), KAPPA, *pair) == pytest.approx(
             expected, abs=3e-3
         )
+
+
+@pytest.mark.parametrize(("first", "kind"), [(FREE, 0.6), (CLAMPED, 0.9), (0.4, -0.7)])
+def test_skew_rollers_against_complex_potentials(first, kind):
+    """φ = A z^λ, ψ = B z^λ: 2µu = κφ - z φ̄' - ψ̄, and tractions along a ray are -i times the slope
+    of φ + z φ̄' + ψ̄."""
+    angle = 2.2
+
+    def determinant(power):
+        rows = []
+        for theta, side in ((0.0, first), (angle, kind)):
+            outwards = np.exp(1j * theta)
+            columns = []
+            for a, b in ((1.0, 0.0), (1.0j, 0.0), (0.0, 1.0), (0.0, 1.0j)):
+                phi, psi = a * outwards**power, b * outwards**power
+                bent = outwards * power * np.conj(a * outwards ** (power - 1.0))
+                columns.append(
+                    (KAPPA * phi - bent - np.conj(psi), -1j * (phi + bent + np.conj(psi)))
+                )
+            moved, force = (np.array(column) for column in zip(*columns, strict=True))
+            if side in (FREE, CLAMPED):
+                vector = force if side == FREE else moved
+                rows += [vector.real, vector.imag]
+            else:
+                held = outwards * np.exp(1j * float(side))
+                rows += [(np.conj(held) * moved).real, (np.conj(1j * held) * force).real]
+        return np.linalg.det(np.array(rows))
+
+    grid = np.linspace(0.05, 0.999, 950)
+    values = [determinant(power) for power in grid]
+    roots = [
+        brentq(determinant, a, b)
+        for (a, b), (f, g) in zip(itertools.pairwise(grid), itertools.pairwise(values), strict=True)
+        if f * g < 0.0
+    ]
+    found = corner_exponent(angle, KAPPA, first, kind)
+    assert found == pytest.approx((roots or [1.0])[0], abs=1e-4)
 
 
 @pytest.mark.parametrize("friction", [-0.5, 0.0, 0.5])
