@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..round_off import SOLVED, TINY, WRITTEN
+from ..round_off import ROUNDED, SOLVED, TINY, WRITTEN
 
 REFERENCE = {
     3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
@@ -176,6 +176,10 @@ class QuadraticCells:
             away, along = y[:, 0] - x, along[:, 0]
             slope = np.einsum("nik,nk->ni", along, away)
             metric = np.einsum("nik,njk->nij", along, along)
+            # a panel that has collapsed onto a line or a point has no length across it
+            metric += np.multiply.outer(
+                ROUNDED * np.trace(metric, axis1=1, axis2=2) + TINY, np.eye(2)
+            )
             hessian = metric + np.einsum("nijk,nk->nij", self._second(foot), away)
             # far from a minimum the metric alone leads downhill
             convex = (hessian[:, 0, 0] > 0.2 * metric[:, 0, 0]) & (

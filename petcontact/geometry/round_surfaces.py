@@ -9,15 +9,32 @@ from typing import Protocol
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from .arcs import check_digits
 from .surface import BOX_PARTS, SolidSurface, face_axes
 
 CORE = 0.6
 """Half the width of the square in the middle of a disc over its radius."""
 RIM = 0.02
-"""Distance from the rim of a disc, over the size of a panel, within which its points belong on
-it."""
+"""Distance from a rim, over the size of a panel, within which its points may belong on it."""
+
+
+def at_rim(distance: Array, points: Array) -> Mask:
+    """Return which points (n, k, 3) of panels belong on a rim, (n, k).
+
+    They are close to it, compared with the panel's size and with its width across the rim. Pieces
+    of a panel at the rim have points at a quarter of its width; these stay off the rim.
+
+    Parameters
+    ----------
+    distance : (n, k) array
+        Distance of the points from the rim, NaN where there is no point [length].
+    points : (n, k, 3) array
+        [length]
+    """
+    size = np.linalg.norm(np.nanmax(points, axis=1) - np.nanmin(points, axis=1), axis=1)
+    across = np.nanmax(distance, axis=1)
+    return np.asarray(distance < np.minimum(RIM * size, across / 8.0)[:, None])
 
 
 class RoundSurface(Protocol):
@@ -158,11 +175,9 @@ class CylinderSurface(SolidSurface):
         along = (points - self.start) @ axis
         away = points - self.start - along[..., None] * axis
         distance = np.linalg.norm(away, axis=-1, keepdims=True)
-        panel = np.linalg.norm(np.nanmax(points, axis=-2) - np.nanmin(points, axis=-2), axis=-1)[
-            ..., None, None
-        ]
-        face = np.reshape(part, (-1, *[1] * (points.ndim - 1)))
-        outside = (face == 2) | (np.abs(distance - self.radius) < RIM * panel)
+        face = part[:, None, None]
+        on_rim = at_rim(np.abs(distance[..., 0] - self.radius), points)[..., None]
+        outside = (face == 2) | on_rim
         height = np.choose(
             face, [np.zeros_like(distance), np.full_like(distance, self.height), along[..., None]]
         )

@@ -93,8 +93,9 @@ def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
 def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, Any]:
     """Return the points of panels, projected onto one of some surfaces.
 
-    Each panel takes the surface to which the whole panel is nearest. Points that are closer to an
-    edge of the surface than the share `rim` of the panel are projected onto the edge.
+    Each panel takes the surface to which the whole panel is nearest. Points are projected onto an
+    edge of the surface where they are close to it: closer than the share `rim` of the panel's size,
+    and than an eighth of its width across the edge.
     """
     import numpy as np
 
@@ -130,11 +131,12 @@ def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, An
                 ]
             closest = np.full(len(points), rim * size)
             for edge in edges[number]:
-                asked = np.flatnonzero(~apart(1, edge, points, rim * size))
-                on_edge = nearest(1, edge, points[asked])
-                distance = np.linalg.norm(on_edge - points[asked], axis=1)
-                closer = distance < closest[asked]
-                near[asked[closer]], closest[asked[closer]] = on_edge[closer], distance[closer]
+                if apart(1, edge, points, rim * size).all():
+                    continue
+                on_edge = nearest(1, edge, points)
+                distance = np.linalg.norm(on_edge - points, axis=1)
+                closer = distance < np.minimum(closest, distance.max() / 8.0)
+                near[closer], closest[closer] = on_edge[closer], distance[closer]
             if (off := np.sum((near - points) ** 2)) < best:
                 best, found = off, near
         answer.append(found.tolist())

@@ -14,7 +14,7 @@ from ...errors import InputError
 from ...round_off import WRITTEN
 from ..arcs import check_digits
 from ..outline import Outline
-from ..round_surfaces import RIM
+from ..round_surfaces import at_rim
 from ..surface import SolidSurface
 from .section import section_triangles
 from .stations import Stations, checked_section, on_axis, parts_of, stations
@@ -153,30 +153,30 @@ class RevolvedSurface(SolidSurface):
         away = (points - self.centre) @ self.frame.T
         radius = np.hypot(away[..., 0], away[..., 1])
         section_points = np.stack([radius, away[..., 2]], axis=-1)
-        size = np.linalg.norm(np.nanmax(points, axis=1) - np.nanmin(points, axis=1), axis=1)
         nearest, least = section_points.copy(), np.full(len(section_points), np.inf)
         flat = np.flatnonzero(part >= len(self._round_parts))
         for side in self.section.sides:
             if on_axis(side, self.section):
                 continue
             on_part = np.flatnonzero(part == self.parts.index(side.part))
-            place = np.nan_to_num(side.nearest(section_points[on_part].reshape(-1, 2)))
-            # what lies close to an end belongs on the rim that the end is turned into
-            slack = np.repeat(RIM * size[on_part], section_points.shape[1]) / side.length
-            rims = [end[0] > WRITTEN * self.section.diameter for end in (side.start, side.end)]
-            place = np.where(
-                rims[0] & (place < slack),
-                0.0,
-                np.where(rims[1] & (place > 1.0 - slack), 1.0, place),
+            place = side.nearest(section_points[on_part].reshape(-1, 2)).reshape(
+                -1, points.shape[1]
             )
-            near = side.point(place).reshape(-1, *section_points.shape[1:])
+            # what lies close to an end belongs on the rim that the end is turned into
+            first, last = (
+                at_rim(side.length * along, points[on_part])
+                & (end[0] > WRITTEN * self.section.diameter)
+                for along, end in ((place, side.start), (1.0 - place, side.end))
+            )
+            place = np.where(first, 0.0, np.where(last, 1.0, np.nan_to_num(place)))
+            near = side.point(place.ravel()).reshape(*place.shape, 2)
             distance = np.nansum((near - section_points[on_part]) ** 2, axis=(1, 2))
             better = distance < least[on_part]
             nearest[on_part[better]], least[on_part[better]] = near[better], distance[better]
             near = side.point(
                 np.clip(np.nan_to_num(side.nearest(section_points[flat].reshape(-1, 2))), 0.0, 1.0)
             ).reshape(-1, *section_points.shape[1:])
-            close = np.linalg.norm(near - section_points[flat], axis=-1) < RIM * size[flat, None]
+            close = at_rim(np.linalg.norm(near - section_points[flat], axis=-1), points[flat])
             nearest[flat] = np.where(close[..., None], near, nearest[flat])
         on_rim = radius > WRITTEN * self.section.diameter
         away[..., :2] *= np.divide(nearest[..., 0], radius, out=np.ones_like(radius), where=on_rim)[

@@ -49,10 +49,10 @@ def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
     """
 
     def half_way(panel: int, first: Array, last: Array, middle: Array) -> Array:
-        part = mesh.part[panel : panel + 1]
-        return np.asarray(
-            centred(surface, part, first[None, None], last[None, None], middle[None, None])[0, 0]
-        )
+        # the panel's corners come along, since its width tells which points are at a rim
+        ends = mesh.corners[panel, [0, 2, 1]]
+        sides = [np.stack(side)[None] for side in zip((first, last, middle), ends, strict=True)]
+        return np.asarray(centred(surface, mesh.part[panel : panel + 1], *sides)[0, 0])
 
     return with_half_way_middles(_moved(mesh, half_way), surface)
 

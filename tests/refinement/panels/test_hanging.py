@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from petcontact import Cylinder, Displacement, Material, MeshOptions, Problem, Sphere
+from petcontact import Cylinder, Displacement, Material, MeshOptions, Problem, Revolved, Sphere
+from petcontact import OutlineSide as Side
 from petcontact.bem.kelvin3d.integrals import integrals
+from petcontact.geometry.quadratic import QuadraticCells
+from petcontact.mesh.panelling import round_mesh
 from petcontact.refinement.meshes import mesh_of
 from petcontact.refinement.panels import quartering
+from petcontact.refinement.panels.axes import sides
 from petcontact.refinement.panels.quartering import cut
 
 
@@ -63,3 +67,31 @@ def test_rigid_motions_where_sides_hang_twice_over(shape, monkeypatch):
         )
     at_once = cut(first, np.ones((first.n_elements, 2), dtype=bool), surface)
     assert np.allclose(one_by_one.middles, at_once.middles, atol=1e-12, equal_nan=True)
+
+
+SQUARE = [Side("below", (2, 0)), Side("outer", (2, 1)), Side("top", (1, 1)), Side("inner", (1, 0))]
+
+
+@pytest.mark.parametrize(
+    ("shape", "radius"),
+    [(Cylinder((0, 0, 0), (0, 0, 1.0), 0.7), 0.7), (Revolved([SQUARE], angle=90.0), 2.0)],
+    ids=["cylinder", "ring"],
+)
+def test_pieces_of_narrow_panels_at_a_rim_keep_their_width(shape, radius):
+    """Panels beside the rim are halved across it until they are 1 / 64 as wide. What belongs on
+    the rim does not depend on their length: with points within 2 % of it the last two collapse."""
+    surface = shape.outline()
+    mesh, widths = round_mesh(surface, 0.5 * radius, 2), []
+    for _ in range(7):
+        inwards = radius - np.hypot(mesh.corners[..., 0], mesh.corners[..., 1])
+        beside = (np.abs(inwards) < 1e-9).any(axis=1) & (mesh.part == surface.parts.index("top"))
+        widths.append(inwards[beside].max(axis=1))
+        centre = mesh.corners[..., :2].mean(axis=1)
+        along = np.abs(np.sum(sides(mesh)[..., :2] * centre[:, None], axis=2))
+        across = beside[:, None] & (along == along.max(axis=1, keepdims=True))
+        mesh, before = cut(mesh, across, surface), mesh
+    assert all(np.ptp(width) < 1e-9 for width in widths)
+    assert np.allclose(np.array(widths)[1:], 0.5 * np.array(widths)[:-1], rtol=0.05)
+    cells = QuadraticCells(np.concatenate([before.corners, before.middles], axis=1)[beside])
+    assert cells.distortion.max() < 2.0
+    assert np.abs(mesh.weight @ mesh.normal).max() < 1e-6 * mesh.weight.sum()
