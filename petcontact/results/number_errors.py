@@ -18,6 +18,7 @@ from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import located, sizes
+from ..linalg.nearest import within
 from ..refinement.levels import CONTACT_LADDER, LEAST_GAIN
 from ..round_off import EPS
 from .evaluated import Evaluated, displacement_scale
@@ -104,26 +105,51 @@ def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
 def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     stresses = stresses_near(solution, numbers)
     others = [
-        (each, share, {number.key: number for number in numbers_of(each, peaks=False)})
-        for each, share in _coarser(solution)
+        (each, gain, {number.key: number for number in numbers_of(each, peaks=False)})
+        for each, gain in _coarser(solution)
     ]
     result = list[Number]()
     for number in numbers:
         error, before = number.error, others[0][2].get(number.key)
-        for other, share, there in others:
-            old = there.get(number.key)
-            error = np.fmax(error, share * _change(solution, other, number, old, stresses))
+        power = 0.5 if _by_edge(solution, number) else 1.0
+        for other, gain, there in others:
+            change = _change(solution, other, number, there.get(number.key), stresses)
+            error = np.fmax(error, change / (max(gain**power, LEAST_GAIN) - 1.0))
         counted = number.is_resultant or len(others) == 1 or _at_singular(solution, number)
         if counted and before is not None and not solution.accuracy.estimates:
             apart = float(np.abs(number.value - before.value).max())
             error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
+        error += _shared(solution, number)
         alone = number.alone
-        if number.is_resultant:
-            alone = solution.accuracy.shared * number.scale
         if number.name == ENERGY:  # what its increments leave is an error of the path
             alone = _of_slip(solution, number)
         result.append(number.known_to(float(np.maximum(error, alone))))
     return _balanced(result)
+
+
+def _shared(solution: Evaluated, number: Number) -> float:
+    """Return the error that meshes share, which their difference does not show."""
+    size = number.scale if number.is_resultant else number.size
+    return solution.accuracy.shared * size if np.isfinite(size) else 0.0
+
+
+def _by_edge(solution: Evaluated, number: Number) -> bool:
+    """Return whether a maximum on panels lies by an edge of contact or of stick.
+
+    Nodes of two states are within twice the size of its element. Tractions are like √s there, and
+    their largest error falls like the root of that in L2.
+    """
+    side = solution.sides.get(number.of, (number.of, number.part))
+    bounded = bool(solution.accuracy.estimates) and side[1] and not np.isinf(number.error)
+    if number.place is None or not bounded:
+        return False
+    mesh, place = solution.meshes[side[0]], number.place[None]
+    reach = 2.0 * sizes(mesh)[located(mesh, place, side[1], within=sizes(mesh))[0]]
+    states = (
+        set(pair.state[within(pair.x, place, reach)[1]])
+        for pair in end_of(solution, number).pairs.values()
+    )
+    return any(len(each) > 1 for each in states)
 
 
 def _at_singular(solution: Evaluated, number: Number) -> bool:
@@ -173,8 +199,8 @@ def _balanced(numbers: Sequence[Number]) -> list[Number]:
 
 
 def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:
-    """The solutions on the two meshes before, and the error of this one over what it differs by
-    from each, 1/(gain - 1).
+    """The solutions on the two meshes before, and their errors over that of this one, the gain: it
+    is off by 1/(gain - 1) times what it differs by from each.
 
     Panels are refined where errors are largest: neighbouring meshes have most of them in common,
     and no number gains more than the estimates do. Along curves each mesh is another one, and two
@@ -187,7 +213,7 @@ def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:
         gains = estimates[-2:-4:-1] / max(estimates[-1], EPS)
     for gain in np.clip(gains, LEAST_GAIN, most).tolist():
         if other is not None:
-            yield other, 1.0 / (gain - 1.0)
+            yield other, gain
             other = other.coarser
 
 

@@ -59,11 +59,11 @@ def test_meshes_along_curves_gain_as_little_as_corners_let_them():
     largest; in space both at the ratio of the estimates."""
     two = SimpleNamespace(coarser=SimpleNamespace(coarser=SimpleNamespace(coarser=None)))
     two.accuracy = SimpleNamespace(estimates=[])
-    shares = [share for _, share in number_errors._coarser(two)]
-    np.testing.assert_allclose(shares, [1.0, 1.0 / CONTACT_LADDER.most_gain])
+    gains = [gain for _, gain in number_errors._coarser(two)]
+    np.testing.assert_allclose(gains, [2.0, 1.0 + CONTACT_LADDER.most_gain])
     two.accuracy = SimpleNamespace(estimates=[0.3, 0.2, 0.1])
-    shares = [share for _, share in number_errors._coarser(two)]
-    np.testing.assert_allclose(shares, [1.0, 0.5])
+    gains = [gain for _, gain in number_errors._coarser(two)]
+    np.testing.assert_allclose(gains, [2.0, 3.0])
 
 
 def test_the_largest_q_may_reach_the_bound_at_an_end_that_sticks(slipping):

@@ -156,9 +156,10 @@ class TailErrors:
     def shared(self) -> float:
         """Relative error of resultants that finer panels in the contact do not reduce [-].
 
-        It is that of the integrals of given tractions and of volume forces, and that of bending."""
+        It is that of the integrals of given tractions and of volume forces, that of bending, and
+        what tractions lack to balance."""
         given = self._data.resultant_error() + missed_volume(self.solution.problem, self.meshes)
-        return given + self._bending
+        return given + self._bending + self._uneven
 
     @functools.cached_property
     def _bending(self) -> float:
@@ -186,24 +187,23 @@ class TailErrors:
             + [self._of_pressure(step, n) for step in ends for n in range(len(self._sides))],
             axis=0,
         ).tolist()
-        uneven = self._uneven
         if solution.kind != "bilateral":
             # an overlap between nodes in contact means that p and the forces are too small
             lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
             lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
             bending = self._bending
-            of_resultants = worst**2 + uneven + EVENLY * even + self.shared + unseen
+            of_resultants = worst**2 + EVENLY * even + self.shared + unseen
             return min(max(math.hypot(worst, bending), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0
             )
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
-            return 0.0, worst**2 + uneven
+            return 0.0, worst**2 + self._uneven
         if not math.isnan(whole):
-            return min(whole, 1.0), worst * min(whole, 1.0) + uneven
+            return min(whole, 1.0), worst * min(whole, 1.0) + self._uneven
         own, beside = self.slip_errors()
         order = int(self.meshes[0].order[~self._in_contact].max(initial=0))
         error = min(math.hypot(own, BESIDE[order] * beside), 1.0)
-        return error, worst * error + uneven
+        return error, worst * error + self._uneven
 
     @functools.cached_property
     def _uneven(self) -> float:
