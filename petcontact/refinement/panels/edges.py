@@ -103,6 +103,10 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array, Array]:
     near = np.minimum(
         _distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])
     ) < TOGETHER * np.minimum(width[i], width[j])
+    # the middle of a side may also be a corner of smaller panels, where their sides end
+    near &= np.abs(np.sum((x[i] - x[j]) * (b - a)[j], axis=1)) < length[j] * (
+        0.5 * length[j] - np.minimum(TOGETHER * length[j], 0.25 * length[i])
+    )
     i, j = i[near], j[near]
     inside -= (np.sum(inside * (b - a), axis=1) / length**2)[:, None] * (b - a)
     inside /= np.linalg.norm(inside, axis=1, keepdims=True)

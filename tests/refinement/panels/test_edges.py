@@ -13,6 +13,7 @@ from petcontact.model.base import parse
 from petcontact.refinement.corner_exponents import CLAMPED, FREE, SLIDING, corner_exponent
 from petcontact.refinement.meshes import mesh_of
 from petcontact.refinement.panels.edges import edge_exponent, edges
+from petcontact.refinement.panels.quartering import cut
 
 HELD = moved("top", [0.0] * 3)
 BOX = cuboid([0.0] * 3, [1.0] * 3)
@@ -54,6 +55,21 @@ def test_narrow_panels_meet_at_their_common_side_only():
     _, mesh = body_of(BOX, HELD, element_size=0.1, exponent=4.0)
     angle = edges(mesh)[2]
     assert np.all(np.isclose(angle, 0.5 * math.pi) | np.isclose(angle, math.pi, atol=1e-6))
+
+
+def test_sides_that_end_at_the_middle_of_a_larger_panels_side_do_not_meet_it():
+    """Of a box whose panels are cut at random all twelve edges are there, and no others."""
+    _, mesh = body_of(BOX, HELD, element_size=0.5)
+    rng = np.random.default_rng(5)
+    for _ in range(4):
+        mesh = cut(mesh, rng.random((mesh.n_elements, 2)) < 0.2)
+    one, other, angle, ends = edges(mesh)
+    apart = mesh.part[one] != mesh.part[other]
+    assert np.allclose(angle, np.where(apart, 0.5 * math.pi, math.pi), atol=1e-6)
+    pairs = np.sort(np.column_stack([one, other])[apart], axis=1)
+    first = np.unique(pairs, axis=0, return_index=True)[1]
+    length = np.linalg.norm(np.diff(ends[apart][first], axis=1), axis=2).sum()
+    assert length == pytest.approx(12.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("top", [0.6, 1.2])
