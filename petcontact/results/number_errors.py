@@ -111,7 +111,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     result = list[Number]()
     for number in numbers:
         error, before = number.error, others[0][2].get(number.key)
-        power = 0.5 if _by_edge(solution, number) else 1.0
+        power = _power(solution, number) if solution.accuracy.estimates else 1.0
         for other, gain, there in others:
             change = _change(solution, other, number, there.get(number.key), stresses)
             error = np.fmax(error, change / (max(gain**power, LEAST_GAIN) - 1.0))
@@ -133,23 +133,23 @@ def _shared(solution: Evaluated, number: Number) -> float:
     return solution.accuracy.shared * size if np.isfinite(size) else 0.0
 
 
-def _by_edge(solution: Evaluated, number: Number) -> bool:
-    """Return whether a maximum on panels lies by an edge of contact or of stick.
+def _power(solution: Evaluated, number: Number) -> float:
+    """Return the power of an error in L2 that is the error of a number on panels.
 
-    Nodes of two states are within twice the size of its element. Tractions are like √s there, and
-    their largest error falls like the root of that in L2.
+    By an edge of contact or of stick it is 1/2: tractions are like √s there, and their largest
+    error falls like the root of that in L2. A maximum lies there if nodes of two states are within
+    twice the size of its element.
     """
     side = solution.sides.get(number.of, (number.of, number.part))
-    bounded = bool(solution.accuracy.estimates) and side[1] and not np.isinf(number.error)
-    if number.place is None or not bounded:
-        return False
+    if number.place is None or not side[1] or np.isinf(number.error):
+        return 1.0
     mesh, place = solution.meshes[side[0]], number.place[None]
     reach = 2.0 * sizes(mesh)[located(mesh, place, side[1], within=sizes(mesh))[0]]
     states = (
         set(pair.state[within(pair.x, place, reach)[1]])
         for pair in end_of(solution, number).pairs.values()
     )
-    return any(len(each) > 1 for each in states)
+    return 0.5 if any(len(each) > 1 for each in states) else 1.0
 
 
 def _at_singular(solution: Evaluated, number: Number) -> bool:
@@ -298,7 +298,8 @@ def _by_tails(solution: Evaluated, number: Number) -> Number:
         error = _of_maximum(pair.pressure, pair.pressure_error, element)
         error = max(error, accuracy.error * size)
     else:
-        error = number.alone - _of_increments(number) + accuracy.error * size
+        share = accuracy.error ** _power(solution, number)
+        error = number.alone - _of_increments(number) + share * size
     return number.known_to(error)
 
 

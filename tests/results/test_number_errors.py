@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from shapes import drawn, elastic, moved, rectangle
 
-from petcontact import Problem, solve
+from petcontact import Problem, load, solve
 from petcontact.contact.law_protocol import SLIP
 from petcontact.model.base import parse
 from petcontact.refinement.levels import CONTACT_LADDER
@@ -64,6 +64,13 @@ def test_meshes_along_curves_gain_as_little_as_corners_let_them():
     two.accuracy = SimpleNamespace(estimates=[0.3, 0.2, 0.1])
     gains = [gain for _, gain in number_errors._coarser(two)]
     np.testing.assert_allclose(gains, [2.0, 3.0])
+
+
+def test_maxima_by_the_edge_of_contact_are_off_by_the_root_of_the_error():
+    """A ball on a block, of which the whole contact is by the edge."""
+    solution = solve(load("configs/kinds/space_adaptive.toml", {"mesh": {"element_size": 0.75}}))
+    (slip,) = [each for each in solution.numbers if each.name == "largest slip"]
+    assert slip.error == pytest.approx(math.sqrt(solution.accuracy.error) * slip.size)
 
 
 def test_the_largest_q_may_reach_the_bound_at_an_end_that_sticks(slipping):
