@@ -131,7 +131,7 @@ class Evaluated:
             self.problem.loaded[names.index(name)],
             self.meshes[name],
             step.bodies[name],
-            self._volumes[name],
+            self.volume_solutions[name],
             self.contact_states(name, step),
             step.shares,
         )
@@ -158,7 +158,7 @@ class Evaluated:
         return {pair.name: pair.primary for pair in self.problem.contact if "." in pair.primary}
 
     @functools.cached_property
-    def _volumes(self) -> dict[str, VolumeSolution | None]:
+    def volume_solutions(self) -> dict[str, VolumeSolution | None]:
         """The particular solutions for volume loads by body."""
         if self.volumes is not None:
             return self.volumes

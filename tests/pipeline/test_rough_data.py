@@ -6,9 +6,20 @@ import math
 
 import numpy as np
 import pytest
-from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, touching
+from shapes import (
+    closing,
+    cuboid,
+    drawn,
+    elastic,
+    moved,
+    problem,
+    rectangle,
+    rollers,
+    solid,
+    touching,
+)
 
-from petcontact import adapt
+from petcontact import adapt, solve
 
 STILL = [drawn("left", [0.0, 0.0]), drawn("right", [0.0, 0.0])]
 
@@ -91,3 +102,18 @@ def test_the_logarithm_at_the_tip_of_a_wedge_is_graded_to():
     error = np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2))
     assert found.status == "converged" and half == pytest.approx(1.0, rel=5e-3)
     assert error < found.accuracy.error
+
+
+@pytest.mark.slow
+def test_a_temperature_that_jumps_inside_a_body_is_known_to_what_its_polynomial_misses():
+    """A column between walls whose lower part is hot: its force is that of the mean temperature."""
+    walls = rollers("left", "right", "front", "back")
+    column = solid("column", cuboid([0.0] * 3, [1.0, 1.0, 1.5]), *walls, moved("top", [0.0] * 3))
+    column["material"] = {**elastic(1.0, 0.3), "thermal_expansion": 1e-3}
+    column["loads"] = {"temperature": "where(z < 0.4, 10, 0)"}
+    column["mesh"] = {"element_size": 0.25, "order": 1}
+    touch = touching("c", "column.bottom", "floor")
+    found = solve(problem(body=[column], obstacle=[{"name": "floor"}], contact=[touch]))
+    exact = 1e-3 / (1.0 - 2.0 * 0.3) * 10.0 * 0.4 / 1.5
+    off = abs(found.pairs["c"].force[2] - exact) / exact
+    assert 0.02 < off < found.accuracy.resultants < 0.2

@@ -49,9 +49,11 @@ def _wound(mesh: BoundaryMesh, x: Array) -> Array:
     return seen / (2.0 * np.pi * (mesh.dim - 1))
 
 
-def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> tuple[Array, float]:
-    """Return coefficients on a box and the largest error over the largest value, at points of which
-    some are left out of the fit.
+def fitted(
+    function: Callable[[Array], Array], points: Array, box: BodyBox
+) -> tuple[Array, float, float]:
+    """Return coefficients on a box, the largest error over the largest value, and the root mean
+    square of the error, at points of which some are left out of the fit.
 
     Of the degrees tried it is the one whose error and round-off, ε times the sum of its
     coefficients, are least together.
@@ -65,10 +67,12 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
     """
     wanted, d = function(points), points.shape[1]
     size = float(np.abs(wanted).max(initial=0.0)) or 1.0
-    xi = np.clip(box.local(points), -1.0, 1.0)
-    along = [chebyshev.chebvander(coordinate, TRIED[d][-1]) for coordinate in xi.T]
+    along = [
+        chebyshev.chebvander(coordinate, TRIED[d][-1])
+        for coordinate in np.clip(box.local(points), -1.0, 1.0).T
+    ]
     mixed = np.random.default_rng(2019).permutation(len(points))
-    best, error = np.zeros((1,) * d), np.inf
+    best, error, mean = np.zeros((1,) * d), np.inf, np.inf
     for degree in filter(box.highest.__ge__, TRIED[d]):
         exponents = total_degrees(degree, d)
         # three points a coefficient
@@ -80,15 +84,11 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
         solved = scipy.linalg.lstsq(basis[used], wanted[used], cond=WRITTEN, lapack_driver="gelsy")[
             0
         ]
-        missed = (
-            float(
-                np.abs(basis @ solved - wanted).max() + np.finfo(float).eps * np.abs(solved).sum()
-            )
-            / size
-        )
-        if missed < error:
-            error, best = missed, np.zeros((degree + 1,) * d)
+        off = np.abs(basis @ solved - wanted) + np.finfo(float).eps * np.abs(solved).sum()
+        if off.max() / size < error:
+            error, mean = float(off.max()) / size, math.sqrt(np.mean(off**2))
+            best = np.zeros((degree + 1,) * d)
             best[tuple(exponents)] = solved
         if error <= ENOUGH:
             break
-    return best, error
+    return best, error, mean

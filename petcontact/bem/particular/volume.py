@@ -36,11 +36,15 @@ class VolumeSolution:
         The same for the forces alone, whose resultant temperatures must not disturb.
     notes : tuple of str
         What polynomials miss of expressions.
+    missed : float
+        The largest root mean square of the stress by what polynomials miss: Eα/(1-ν) times a
+        temperature, a force times half the length of the box [stress].
     """
 
     states: tuple[ParticularSolution | None, ...]
     forces: tuple[ParticularSolution | None, ...]
     notes: tuple[str, ...]
+    missed: float
 
     def nodal_values(self, mesh: BoundaryMesh) -> Array:
         """Displacement, traction, and traction of the forces alone, at the nodes in each state, (3,
@@ -88,7 +92,7 @@ def volume_solution(loaded: LoadedBody, mesh: BoundaryMesh) -> VolumeSolution | 
         [None, *map(posed.solution, loads_of_steps)]
         for loads_of_steps in (steps, [s.model_copy(update=cold) for s in steps])
     )
-    return VolumeSolution(tuple(states), tuple(forces), tuple(posed.notes))
+    return VolumeSolution(tuple(states), tuple(forces), tuple(posed.notes), posed.missed)
 
 
 @dataclass
@@ -99,6 +103,7 @@ class _Posed:
     material: Material
     mesh: BoundaryMesh
     notes: list[str] = field(default_factory=list)
+    missed: float = 0.0
     known: dict[tuple[str, Any], Array] = field(default_factory=dict)
     solved: dict[VolumeLoads, ParticularSolution | None] = field(default_factory=dict)
 
@@ -123,7 +128,8 @@ class _Posed:
             parts += (
                 [
                     [
-                        factor * self._polynomial(f"{key}[{i}]", value)
+                        factor
+                        * self._polynomial(f"{key}[{i}]", value, factor * self.box.half.max())
                         for i, value in enumerate(values)
                     ]
                 ]
@@ -133,7 +139,11 @@ class _Posed:
         size = max(len(p) for part in parts for p in part)
         force = sum(np.array([padded(p, size) for p in part]) for part in parts)
         along = list(np.tensordot(self.box.axes, force, 1))
-        heat = self._polynomial("temperature", loads.temperature)
+        heat = self._polynomial(
+            "temperature",
+            loads.temperature,
+            self.material.model_copy(update={"plane": "stress"}).thermal_stress,
+        )
         return particular_solution(self.box, along, heat, self.material)
 
     def _centrifugal(self, loads: VolumeLoads, density: float) -> list[Array]:
@@ -146,8 +156,9 @@ class _Posed:
             result[(slice(None), *way)] = across @ self.box.axes[j] * self.box.half[j]
         return list(density * loads.angular_velocity**2 * result)
 
-    def _polynomial(self, key: str, value: Any) -> Array:
-        """Return the polynomial of a number, or of an expression by a fit."""
+    def _polynomial(self, key: str, value: Any, stress: float) -> Array:
+        """Return the polynomial of a number, or of an expression by a fit; a value of 1 makes about
+        a `stress`."""
         if isinstance(value, float):
             return np.full((1,) * self.mesh.dim, value)
         if (key, value) not in self.known:
@@ -158,7 +169,8 @@ class _Posed:
             def values_at(points: Array) -> Array:
                 return evaluate(value, dict(zip("xyz", points.T, strict=False)), len(points), name)
 
-            self.known[key, value], missed = fitted(values_at, self._points, self.box)
+            self.known[key, value], missed, mean = fitted(values_at, self._points, self.box)
+            self.missed = max(self.missed, mean * stress)
             if missed > CHAINED:
                 self.notes.append(
                     f"{name}: the polynomial that stands for it misses it by {missed:.1e} of its "

@@ -156,15 +156,30 @@ class TailErrors:
     def shared(self) -> float:
         """Relative error of resultants that finer panels in the contact do not reduce [-].
 
-        It is that of the integrals of given tractions and of volume forces, that of bending, and
-        what tractions lack to balance."""
+        It is that of the integrals of given tractions and of volume forces, that of bending and of
+        loads inside, and what tractions lack to balance."""
         given = self._data.resultant_error() + missed_volume(self.solution.problem, self.meshes)
-        return given + self._bending + self._uneven
+        return given + self._of_bodies + self._uneven
 
     @functools.cached_property
-    def _bending(self) -> float:
+    def _of_bodies(self) -> float:
+        """Relative error of p by the bending of thin bodies, and by what polynomials miss of loads
+        inside bodies [-]."""
         each = zip(self.meshes, self.solution.problem.body, strict=True)
-        return max(bending_error(mesh, held_nodes(mesh, body)) for mesh, body in each)
+        bending = max(bending_error(mesh, held_nodes(mesh, body)) for mesh, body in each)
+        volumes = [*self.solution.volume_solutions.values()]
+        pairs = [
+            (step.pairs[side.name], [volume for b in side.bodies if (volume := volumes[b])])
+            for step in step_ends(self.solution.steps)
+            for side in self._sides
+        ]
+        shares = [
+            sum(volume.missed for volume in own)
+            * math.sqrt(pair.weight[pair.size > 0.0].sum() / (pair.weight @ pair.size**2))
+            for pair, own in pairs
+            if pair.size.any()
+        ]
+        return bending + max(shares, default=0.0)
 
     def error(self, whole: float = math.nan) -> tuple[float, float]:
         """Return the relative L2 error of u_t, or of p and q, and the relative error of resultants
@@ -179,7 +194,7 @@ class TailErrors:
 
         Resultants have about the product of both errors, plus the imbalance. A uniform p has an
         error of one sign, which resultants then have, too. All errors include the bending of thin
-        bodies.
+        bodies and what polynomials miss of loads inside.
         """
         solution, ends = self.solution, step_ends(self.solution.steps)
         worst, even, unseen = np.max(
@@ -191,9 +206,8 @@ class TailErrors:
             # an overlap between nodes in contact means that p and the forces are too small
             lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
             lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
-            bending = self._bending
             of_resultants = worst**2 + EVENLY * even + self.shared + unseen
-            return min(max(math.hypot(worst, bending), lacks), 1.0), min(
+            return min(max(math.hypot(worst, self._of_bodies), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0
             )
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
