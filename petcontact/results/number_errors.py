@@ -290,7 +290,7 @@ def _by_tails(solution: Evaluated, number: Number) -> Number:
     pairs = end_of(solution, number).pairs
     pair = pairs.get(number.of)
     size = number.size
-    if number.unit in ("force", "moment", "rad") or number.name == "moved":
+    if number.is_resultant or number.unit == "rad" or number.name == "moved":
         error = accuracy.resultants * _acting(pairs, number)
     elif number.name == "largest p" and pair is not None and pair.pressure_error is not None:
         mesh = solution.meshes[solution.sides[number.of][0]]
