@@ -167,41 +167,43 @@ class QuadraticCells:
 
         Newton's method from the nearest of a few points, along the sides once it has met them.
         """
-        walls, bounds = WALLS[self.n_corners]
-        grid = samples(self.n_corners)
-        away = self.at(self.each(grid))[0] - x[:, None]
-        foot = grid[np.linalg.norm(away, axis=2).argmin(axis=1)]
+        grid, left = samples(self.n_corners), np.arange(len(x))
+        away = np.linalg.norm(self.at(self.each(grid))[0] - x[:, None], axis=2)
+        foot = grid[away.argmin(axis=1)]
         for _ in range(20):
-            y, along = self.at(foot[:, None])
-            away, along = y[:, 0] - x, along[:, 0]
-            slope = np.einsum("nik,nk->ni", along, away)
-            metric = np.einsum("nik,njk->nij", along, along)
-            # a panel that has collapsed onto a line or a point has no length across it
-            metric += np.multiply.outer(
-                ROUNDED * np.trace(metric, axis1=1, axis2=2) + TINY, np.eye(2)
-            )
-            hessian = metric + np.einsum("nijk,nk->nij", self._second(foot), away)
-            # far from a minimum the metric alone leads downhill
-            convex = (hessian[:, 0, 0] > 0.2 * metric[:, 0, 0]) & (
-                np.linalg.det(hessian) > 0.04 * np.linalg.det(metric)
-            )
-            hessian = np.where(convex[:, None, None], hessian, metric)
-            step = -np.linalg.solve(hessian, slope[..., None])[..., 0]
-            active = self._active(foot, slope, step)
-            wall = walls[active.argmax(axis=1)]
-            side = np.stack([-wall[:, 1], wall[:, 0]], axis=1)
-            along = np.sum(side * slope, axis=1) / np.einsum("ni,nij,nj->n", side, hessian, side)
-            met = active.sum(axis=1)[:, None]
-            step = np.where(met == 0, step, np.where(met == 1, -along[:, None] * side, 0.0))
-            rate, room = step @ walls.T, np.maximum(bounds - foot @ walls.T, 0.0)
-            room[active] = np.inf
-            share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > TINY).min(
-                axis=1
-            )
-            foot = foot + np.minimum(share, 1.0)[:, None] * step
-            if np.abs(step).max(initial=0.0) < WRITTEN:
+            step = QuadraticCells(self.points[left])._newton_step(foot[left], x[left])
+            foot[left] += step
+            left = left[np.abs(step).max(axis=1) >= WRITTEN]
+            if not len(left):
                 break
         return foot, np.linalg.norm(self.at(foot[:, None])[0][:, 0] - x, axis=1)
+
+    def _newton_step(self, foot: Array, x: Array) -> Array:
+        """Return the step from feet (n, 2) towards those nearest to points (n, 3), up to the next
+        side."""
+        walls, bounds = WALLS[self.n_corners]
+        y, along = position(self.shape, foot)
+        slope = np.einsum("nik,nk->ni", along, y - x)
+        # a panel that has collapsed onto a line or a point has no length across it
+        metric = np.einsum("nik,njk->nij", along, along) + np.multiply.outer(
+            ROUNDED * np.sum(along**2, axis=(1, 2)) + TINY, np.eye(2)
+        )
+        hessian = metric + np.einsum("nijk,nk->nij", self._second(foot), y - x)
+        # far from a minimum the metric alone leads downhill
+        convex = (hessian[:, 0, 0] > 0.2 * metric[:, 0, 0]) & (
+            np.linalg.det(hessian) > 0.04 * np.linalg.det(metric)
+        )
+        hessian = np.where(convex[:, None, None], hessian, metric)
+        step = -np.linalg.solve(hessian, slope[..., None])[..., 0]
+        active = self._active(foot, slope, step)
+        side = (walls @ [[0.0, 1.0], [-1.0, 0.0]])[active.argmax(axis=1)]
+        along = np.sum(side * slope, axis=1) / np.einsum("ni,nij,nj->n", side, hessian, side)
+        met = active.sum(axis=1)[:, None]
+        step = np.where(met == 0, step, np.where(met == 1, -along[:, None] * side, 0.0))
+        rate, room = step @ walls.T, np.maximum(bounds - foot @ walls.T, 0.0)
+        room[active] = np.inf
+        share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > TINY)
+        return np.asarray(np.minimum(share.min(axis=1), 1.0)[:, None] * step)
 
     def _active(self, foot: Array, slope: Array, step: Array) -> Mask:
         """Which sides hold feet (n, 2), (n, sides): those that push them back, or that Newton's
