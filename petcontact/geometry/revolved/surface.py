@@ -155,10 +155,10 @@ class RevolvedSurface(SolidSurface):
         section_points = np.stack([radius, away[..., 2]], axis=-1)
         nearest, least = section_points.copy(), np.full(len(section_points), np.inf)
         flat = np.flatnonzero(part >= len(self._round_parts))
-        for side in self.section.sides:
-            if on_axis(side, self.section):
-                continue
+        for side in (side for side in self.section.sides if not on_axis(side, self.section)):
             on_part = np.flatnonzero(part == self.parts.index(side.part))
+            if not len(on_part) + len(flat):
+                continue
             place = side.nearest(section_points[on_part].reshape(-1, 2)).reshape(
                 -1, points.shape[1]
             )
