@@ -147,13 +147,12 @@ void petcontact_first_traction(int64_t m, int64_t k, const double *derivative, c
     }
 }
 
-/* The block (q, q) of (I - derivative)/rho + S derivative on q components, it and S (n, n) by columns; `mixed` has room for q + 1
-   numbers, the last of which says whether any of it depends on rho. */
+/* The block (q, q) of (I - derivative)/rho + S derivative on q components, it and S (n, n) by columns; `mixed` has room for q
+   numbers. */
 void petcontact_active_block(int64_t n, int64_t k, const double *s, const double *derivative, const double *rho,
                              const int64_t *active, int64_t q, int64_t *mixed, double *block)
 {
     int64_t count = 0;
-    mixed[q] = 0;
     for (int64_t c = 0; c < q; c++) {
         int64_t own = active[c] % k, first = active[c] - own, differs = 0;
         for (int64_t b = 0; b < k; b++)
@@ -170,11 +169,8 @@ void petcontact_active_block(int64_t n, int64_t k, const double *s, const double
             double total = 0.0;
             for (int64_t b = 0; b < k; b++)
                 total += s[n * (first + b) + active[r]] * derivative[k * first + k * b + column - first];
-            if (active[r] >= first && active[r] < first + k) {
-                double slope = (column == active[r]) - derivative[k * active[r] + column - first];
-                total += slope / rho[active[r]];
-                mixed[q] |= slope != 0.0;
-            }
+            if (active[r] >= first && active[r] < first + k)
+                total += ((column == active[r]) - derivative[k * active[r] + column - first]) / rho[active[r]];
             block[q * mixed[i] + r] = total;
         }
     }

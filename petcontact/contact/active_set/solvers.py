@@ -8,26 +8,23 @@ T as preconditioner.
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from ... import native
 from ...arrays import Array, Index, Mask
-from ...errors import SingularMatrixError, SolverError
+from ...errors import SolverError
 from ...linalg.bordered import BorderedElimination, BorderedKrylov, Map
 from ...linalg.dense_solver import DenseSolver
 from ...round_off import SOLVED
 from ...runtime.petsc import petsc
 from ..linearisation import Linearisation
 from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
+from .block_factors import BlockFactors
 
 _BLOCK = native.function("petcontact_active_block", "iippppipp")
 DIRECT_SIZE = 512
 """Number of contact unknowns up to which LU of a block is faster than iterations with a fast T."""
 LARGEST = 12_000
 """Largest number of contact unknowns for a dense S (1.2 GB) where iterations fail."""
-EPSILON, REPEATED = 1e-6, 4
-"""`EPSILON` regularises a least-squares solution, relative to the longest column [-]. `REPEATED` is
-the number of its corrections."""
 
 
 class _Counted:
@@ -75,19 +72,16 @@ class DenseActiveSetSolver(_Counted):
         """
         self.system.elastic_solves += 1
         active, result = np.flatnonzero(linearised.active), np.zeros(rhs.shape)
-        if modes is None:
-            result.ravel()[active] = self._factors.solve(
-                self._dense, linearised, rho, active, rhs.ravel()[active]
-            )
-            _check(result)
-            self.ksp_iterations = self._factors.iterations
-            return result, np.zeros(0), np.zeros((0, 0))
-        block, _ = _block(self._dense, linearised, rho, active)
+        block = _block(self._dense, linearised, rho, active)
         constraint = RigidModeConstraint(
             modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0))
         )
-        answer = self._factors.solve_whole(
-            constraint.around(block), np.concatenate([rhs.ravel()[active], constraint.rhs])
+        answer = self._factors.solve(
+            self._dense,
+            active,
+            _marks(linearised, rho, active),
+            constraint.around(block),
+            np.concatenate([rhs.ravel()[active], constraint.rhs]),
         )
         self.ksp_iterations = self._factors.iterations
         result.flat[active] = answer[: len(active)]
@@ -119,79 +113,17 @@ class DenseActiveSetSolver(_Counted):
             self._sum.close()
 
 
-class BlockFactors:
-    """The KSP of the last block of a dense S.
-
-    It is used again if the pieces of the law are the same. An example is an increment that begins
-    with the sets of the one before.
-    """
-
-    def __init__(self) -> None:
-        self._of: tuple[Array, Array] | None = None
-        self._solver: DenseSolver | None = None
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of the KSP in the last solve."""
-        return 0 if self._solver is None else self._solver.iterations
-
-    def solve(
-        self, dense: Array, linearised: Linearisation, rho: Array, active: Index, rhs: Array
-    ) -> Array:
-        """Return δy on the active components, (q,)."""
-        derivative = linearised.derivative
-        if not len(active):
-            return rhs
-        if (
-            self._of is None
-            or self._of[0] is not dense
-            or not np.array_equal(self._of[1], derivative)
-        ):
-            self._of = None
-            block, has_slack = _block(dense, linearised, rho, active)
-            answer = self.solve_whole(block, rhs)
-            # what slack adds to the block depends on ρ
-            self._of = None if has_slack or self._solver is None else (dense, derivative)
-            return answer
-        assert self._solver is not None
-        return self._solver.solve(rhs)
-
-    def solve_whole(self, matrix: Array, rhs: Array) -> Array:
-        """Return matrix⁻¹ rhs (q,), or the least-squares solution."""
-        self._of = None
-        self._solver = self._solver or DenseSolver(petsc().COMM_SELF, "stick_")
-        self._solver.take(matrix)
-        try:
-            return self._solver.solve(rhs)
-        except SingularMatrixError:
-            self._solver.close()
-            self._solver = None
-            return _least(matrix, rhs)
+def _marks(linearised: Linearisation, rho: Array, active: Index) -> Array:
+    """Return what the columns of `_block` depend on beside S, (q, 2k): Π' of the node, and ρ where
+    the column has a share of (I - Π')/ρ."""
+    node, own = np.divmod(active, rho.shape[1])
+    column = linearised.derivative[node, :, own]
+    slack = (column != np.eye(rho.shape[1])[own]) & linearised.active[node]
+    return np.hstack([column, np.where(slack, rho[node], 0.0)])
 
 
-def _least(matrix: Array, rhs: Array) -> Array:
-    """Return the least-squares solution of a singular system.
-
-    The system is singular if a body is about to slide away, or if two contacts close at the same
-    nodes. (AᵀA + ε²) δx = Aᵀr is solved repeatedly, in a fifth of the time of singular values.
-    """
-    normal = matrix.T @ matrix
-    normal.flat[:: len(matrix) + 1] += EPSILON**2 * (
-        float(normal.diagonal().max(initial=0.0)) or 1.0
-    )
-    factors = scipy.linalg.cho_factor(normal, overwrite_a=True, check_finite=False)
-    result = np.zeros_like(rhs)
-    for _ in range(REPEATED):
-        result += scipy.linalg.cho_solve(
-            factors, matrix.T @ (rhs - matrix @ result), check_finite=False
-        )
-    return result
-
-
-def _block(
-    dense: Array, linearised: Linearisation, rho: Array, active: Index
-) -> tuple[Array, bool]:
-    """Return (I - Π')/ρ + SΠ' on the active components, and whether it depends on ρ.
+def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -> Array:
+    """Return (I - Π')/ρ + SΠ' on the active components.
 
     Only nodes whose Π' is not 0 or 1 change columns of S.
     """
@@ -202,7 +134,7 @@ def _block(
         np.ascontiguousarray(rho),
         active,
     )
-    first, mixed = map(native.pointer, arrays), np.empty(len(active) + 1, dtype=np.int64)
+    first, mixed = map(native.pointer, arrays), np.empty(len(active), dtype=np.int64)
     _BLOCK(
         len(dense),
         rho.shape[1],
@@ -211,7 +143,7 @@ def _block(
         native.pointer(mixed),
         native.pointer(block),
     )
-    return block, bool(mixed[-1])
+    return block
 
 
 class KrylovActiveSetSolver(_Counted):
@@ -343,7 +275,7 @@ class SurrogateActiveSetSolver:
             if self._surrogate.coupled:
                 active = np.flatnonzero(linearised.active)
                 whole = np.asfortranarray(self._surrogate.matrix())
-                block, _ = _block(whole, linearised, rho, active)
+                block = _block(whole, linearised, rho, active)
                 dy.flat[active] = np.linalg.solve(block, r.ravel()[active])
                 return dy
             for _ in range(r.shape[1]):

@@ -22,10 +22,11 @@ from ...arrays import Array, States
 from ...errors import SolverError
 from ...model.solver_options import Method
 from ...round_off import CHAINED, WRITTEN
+from ..active_set.block_factors import BlockFactors
 from ..active_set.complementarity import complementary_guesses
 from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import PATIENCE, LinearSolver, Pivot, Predictor, next_tau, pivots
-from ..active_set.solvers import BlockFactors, active_set_solver
+from ..active_set.solvers import active_set_solver
 from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
 from ..iteration import Iteration, Recorder
