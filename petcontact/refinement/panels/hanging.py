@@ -139,19 +139,23 @@ def bent(mesh: SurfaceMesh, surface: Boundary, places: Array, share: float, most
         np.minimum.at(short, ends, length)
     asked = scipy.spatial.cKDTree(places).query(points[2])[0] <= length
     panel, k = panel[asked], k[asked]
-    off = _off(surface, mesh.part[panel], *points[:, asked])
+    off = _off(surface, mesh, panel, *points[:, asked])
     over = off > np.minimum(share * short[centre[asked]], most)
     result[panel[over], k[over] % 2] = True
     return result
 
 
-def _off(surface: Boundary, part: Index, a: Array, b: Array, middle: Array) -> Array:
-    """Return the distance (n,) of quadratic sides from the surface, at both quarters [length]."""
+def _off(
+    surface: Boundary, mesh: SurfaceMesh, panel: Index, a: Array, b: Array, middle: Array
+) -> Array:
+    """Return the distance (n,) of quadratic sides of panels from the surface, at both quarters
+    [length]."""
     quarters = np.stack(
         [np.einsum("i,inc->nc", QUARTER, np.stack(e)) for e in ((a, b, middle), (b, a, middle))],
         axis=1,
     )
-    away = np.linalg.norm(surface.onto(part, quarters) - quarters, axis=2)
+    points = np.concatenate([quarters, mesh.corners[panel]], axis=1)
+    away = np.linalg.norm(surface.onto(mesh.part[panel], points)[:, :2] - quarters, axis=2)
     return np.asarray(away.max(axis=1, initial=0.0))
 
 
