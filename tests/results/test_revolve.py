@@ -1,13 +1,17 @@
-"""Half sections turned about their axis for ParaView."""
+"""Half sections turned about their axis, for ParaView and in figures."""
 
 from __future__ import annotations
 
 import meshio
 import numpy as np
 import pytest
+from shapes import elastic, moved, rectangle
 
-from petcontact import InputError
+from petcontact import InputError, Problem, solve
+from petcontact.commands.main import main
 from petcontact.mesh.curve_mesh import CurveMesh
+from petcontact.model.base import parse
+from petcontact.results.figures.turned import turned
 from petcontact.results.vtu.revolve import check_revolved, revolved
 
 SECTION = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
@@ -30,13 +34,13 @@ def test_cells_vectors_and_tensors_turn(kind, degrees):
     data = {"u": SECTION, "stress": outer(SECTION), "height": SECTION[:, 1]}
     cells = [(kind, KINDS[kind])]
     part = {"part": [np.arange(len(KINDS[kind]))]}
-    turned = revolved(meshio.Mesh(SECTION, cells, point_data=data, cell_data=part), degrees)
-    assert turned.point_data["u"] == pytest.approx(turned.points, abs=1e-15)
-    assert turned.point_data["stress"] == pytest.approx(outer(turned.points), abs=1e-14)
-    assert np.array_equal(turned.point_data["height"], turned.points[:, 2])
-    (block,), (numbers,) = turned.cells, turned.cell_data["part"]
+    whole = revolved(meshio.Mesh(SECTION, cells, point_data=data, cell_data=part), degrees)
+    assert whole.point_data["u"] == pytest.approx(whole.points, abs=1e-15)
+    assert whole.point_data["stress"] == pytest.approx(outer(whole.points), abs=1e-14)
+    assert np.array_equal(whole.point_data["height"], whole.points[:, 2])
+    (block,), (numbers,) = whole.cells, whole.cell_data["part"]
     assert len(block.data) == len(numbers)
-    corners, share = turned.points[block.data], degrees / 360.0
+    corners, share = whole.points[block.data], degrees / 360.0
     if kind == "line":
         normal = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
         assert np.linalg.norm(normal, axis=1).sum() == pytest.approx(12 * np.pi * share, rel=3e-3)
@@ -46,6 +50,25 @@ def test_cells_vectors_and_tensors_turn(kind, degrees):
         sides = [corners[:, [0, 1, 2, 3]], corners[:, [1, 2, 3, 4]], corners[:, [2, 3, 4, 5]]]
         volumes = [np.abs(np.linalg.det(s[:, 1:] - s[:, :1])) / 6.0 for s in sides]
         assert np.sum(volumes) == pytest.approx(4 * np.pi * share, rel=3e-3)
+
+
+def test_a_figure_has_the_bodies_cut_open_in_space(tmp_path):
+    """A cylinder of radius and height 1 that is stretched: its sides and two half sections."""
+    body = {"name": "rod", "material": elastic(1.0, 0.0), "mesh": {"element_size": 0.5, "order": 2}}
+    body |= {"geometry": rectangle([0.0, 0.0], [1.0, 1.0])}
+    body |= {"boundary": [moved("bottom", [0.0, 0.0]), moved("top", [0.0, 0.01])]}
+    rod = solve(parse(Problem, {"symmetry": "axial", "body": [body]}, "rod"))
+    for degrees, sections in ((270.0, 2), (360.0, 0)):
+        surface = turned(rod, "rod", degrees)
+        corners = surface.x[surface.triangles]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area = 0.5 * np.linalg.norm(normal, axis=1).sum()
+        assert area == pytest.approx(4.0 * np.pi * degrees / 360.0 + sections, rel=3e-3)
+        assert surface.u[:, 2] == pytest.approx(0.01 * surface.x[:, 2], abs=1e-4)
+        assert surface.values == pytest.approx(0.01, rel=1e-3)
+    rod.save(tmp_path / "rod.h5")
+    assert main(["plot", str(tmp_path / "rod.h5"), "--revolve"]) == 0
+    assert (tmp_path / "rod-revolved.png").exists()
 
 
 def test_what_cannot_be_turned_is_refused():

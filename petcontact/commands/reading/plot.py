@@ -4,6 +4,7 @@ history; an animation; or a page that turns the bodies (--html)."""
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,6 +49,15 @@ add_arguments = options(
         help="3D: see the bodies from these angles (elevation and azimuth, degrees; default: with "
         "their contact in view)",
     ),
+    option(
+        "--revolve",
+        type=float,
+        nargs="?",
+        const=270.0,
+        metavar="DEGREES",
+        help="draw bodies of revolution in space instead, turned about their axis by so much "
+        "(270: cut open)",
+    ),
     CASE,
 )
 """The options of `petcontact plot`."""
@@ -55,13 +65,12 @@ add_arguments = options(
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Draw; needs no PETSc."""
-    from ...results.figures.plots import plot_all
     from ...sweep.store.case_table import read_case
 
     drawn = "animate" if arguments.animate else "html"
     unread = {
-        "animate": ("figures", "format", "html", "magnification", "view"),
-        "html": ("format", "magnification", "view") if arguments.html else (),
+        "animate": ("figures", "format", "html", "magnification", "view", "revolve"),
+        "html": ("format", "magnification", "view", "revolve") if arguments.html else (),
     }[drawn]
     for key in unread:
         if getattr(arguments, key):
@@ -77,15 +86,28 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             continue
         folder = Path(arguments.figures or Path(name).parent)
         stem = Path(name).stem if arguments.case == "/" else arguments.case
-        if arguments.html:
-            from ...results.figures.turning import write_page
-
-            folder.mkdir(parents=True, exist_ok=True)
-            print(write_page(folder / f"{stem}.html", solution))
-            continue
-        view, formats = _view(solution, arguments), arguments.format or FORMATS[:1]
-        print(*plot_all(solution, folder, stem, formats, view=view), sep="\n")
+        print(*_drawn(solution, arguments, folder, stem), sep="\n")
     return 0
+
+
+def _drawn(
+    solution: SolutionData, arguments: argparse.Namespace, folder: Path, stem: str
+) -> list[Path]:
+    """The page, the bodies in space or the figures of a result, in a folder."""
+    from ...results.figures.plots import plot_all
+    from ...results.figures.turned import draw_turned
+    from ...results.figures.turning import write_page
+    from ...results.figures.view import view_of
+    from ...runtime.figure_style import save_all
+
+    if arguments.html:
+        folder.mkdir(parents=True, exist_ok=True)
+        return [write_page(folder / f"{stem}.html", solution)]
+    view, formats = _view(solution, arguments), arguments.format or FORMATS[:1]
+    if arguments.revolve is not None:
+        draw = partial(draw_turned, view=view or view_of(solution), degrees=arguments.revolve)
+        return save_all({"revolved": draw}, folder, stem, solution, formats=formats)
+    return plot_all(solution, folder, stem, formats, view=view)
 
 
 def _view(solution: SolutionData, arguments: argparse.Namespace) -> View | None:
