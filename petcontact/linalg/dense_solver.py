@@ -68,11 +68,6 @@ class DenseSolver(SolverFront):
         self._matrix.assemble()
         self._solver.set_operator(self._matrix)
 
-    @property
-    def size(self) -> int:
-        """Number of unknowns."""
-        return int(self._matrix.getSize()[0])
-
     def solve_all(self, rhs: Array) -> Array:
         """Return matrix⁻¹ of each row of an array (c, n), (c, n), of a matrix of this process
         alone; the array may be overwritten."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from petcontact.contact.active_set.block_factors import BlockFactors
+from petcontact.linalg.dense_solver import DenseSolver
 
 
 def solved(factors, dense, active, changed, border):
@@ -31,7 +32,7 @@ def test_near_blocks_are_solved_by_the_factors_of_the_first(border, monkeypatch)
         solved(factors, dense, first, [], border)[1], rel=1e-10
     )
     taken = []
-    monkeypatch.setattr(type(factors._solver), "take", lambda _, matrix: taken.append(matrix))
+    monkeypatch.setattr(DenseSolver, "take", lambda _, matrix: taken.append(matrix))
     for active, changed in (
         (first, [7]),
         (np.arange(2, 60), []),

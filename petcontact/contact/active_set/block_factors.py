@@ -19,21 +19,21 @@ the number of its corrections."""
 class BlockFactors:
     """The KSP of a block of a dense S, which solves near blocks, too.
 
-    From step to step few components become active or inactive, and few columns change. Then the
-    unknowns of the factorised block are kept. Those that have gone are 0, and a force on each
-    equation that has gone is unknown instead. A Schur complement of the size of the change gives
-    these and the new unknowns (W. W. Hager, Updating the inverse of a matrix, SIAM Rev. 31 (1989)
-    221-239).
+    From step to step few components become active or inactive, and few columns change. Unknowns
+    whose columns are equal in both blocks are kept. The others of the factorised block are 0, and a
+    force on each of their equations is unknown instead. A Schur complement of the size of the
+    change gives these forces and the new unknowns (W. W. Hager, Updating the inverse of a matrix,
+    SIAM Rev. 31 (1989) 221-239).
     """
 
     def __init__(self) -> None:
-        self._of: tuple[Array, Index, Array] | None = None
-        self._solver: DenseSolver | None = None
+        # solver, S, number of unknowns, components and marks of the factorised block
+        self._of: tuple[DenseSolver, Array, int, Index, Array] | None = None
 
     @property
     def iterations(self) -> int:
         """Iterations of the KSP in the last solve."""
-        return 0 if self._solver is None else self._solver.iterations
+        return 0 if self._of is None else self._of[0].iterations
 
     def solve(self, dense: Array, active: Index, marks: Array, matrix: Array, rhs: Array) -> Array:
         """Return matrix⁻¹ rhs (n,), or the least-squares solution.
@@ -52,64 +52,67 @@ class BlockFactors:
         """
         if not len(rhs):
             return rhs
-        if self._of is not None and self._of[0] is dense:
-            answer = self._near(active, marks, matrix, rhs)
+        if self._of is not None and self._of[1] is dense:
+            answer = _near(
+                self._of[0], self._of[2], *_shared(active, marks, *self._of[3:]), matrix, rhs
+            )
             if answer is not None:
                 return answer
+        solver = DenseSolver(petsc().COMM_SELF, "stick_") if self._of is None else self._of[0]
         self._of = None
-        self._solver = self._solver or DenseSolver(petsc().COMM_SELF, "stick_")
-        self._solver.take(matrix)
+        solver.take(matrix)
         try:
-            answer = self._solver.solve(rhs)
+            answer = solver.solve(rhs)
         except SingularMatrixError:
-            self._solver.close()
-            self._solver = None
+            solver.close()
             return _least(matrix, rhs)
-        self._of = dense, active, marks
+        self._of = solver, dense, len(rhs), active, marks
         return answer
 
-    def _near(self, active: Index, marks: Array, matrix: Array, rhs: Array) -> Array | None:
-        """Return matrix⁻¹ rhs by the factors of the last block, or None if the matrix differs too
-        much from it."""
-        assert self._of is not None and self._solver is not None
-        equations, unknowns = _shared(active, marks, *self._of[1:])
-        sizes = len(rhs), self._solver.size
-        more, gone = map(_others, sizes, equations)
-        new, out = map(_others, sizes, unknowns)
-        # LU of n unknowns costs as much as n/3 solves
-        if 6 * (len(new) + len(gone)) > sizes[0]:
-            return None
-        columns = np.zeros((1 + len(new) + len(gone), sizes[1]))
-        columns[0, equations[1]] = rhs[equations[0]]
-        columns[1 : len(new) + 1, equations[1]] = matrix[np.ix_(equations[0], new)].T
-        columns[np.arange(len(new) + 1, len(columns)), gone] = 1.0
-        columns = self._solver.solve_all(columns)
-        kept = columns[:, unknowns[1]]
-        system = np.vstack([columns[:, out].T, matrix[np.ix_(more, unknowns[0])] @ kept.T])
-        system[len(out) :, 1 : len(new) + 1] -= matrix[np.ix_(more, new)]
-        system[len(out) :, 0] -= rhs[more]
-        try:
-            y = np.linalg.solve(system[:, 1:], system[:, 0])
-        except np.linalg.LinAlgError:
-            return None
-        answer = np.empty(sizes[0])
-        answer[unknowns[0]], answer[new] = kept[0] - y @ kept[1:], y[: len(new)]
-        left = np.abs(matrix @ answer - rhs).max()
-        return answer if left <= CHAINED * np.abs(rhs).max() else None
 
-
-def _shared(
-    active: Index, marks: Array, before: Index, before_marks: Array
-) -> tuple[tuple[Index, Index], tuple[Index, Index]]:
-    """Return the equations and the unknowns that two blocks share, each as places in both."""
+def _shared(active: Index, marks: Array, before: Index, before_marks: Array) -> tuple[Index, Index]:
+    """Return the places in two blocks of the components whose columns are equal in both."""
     _, own, old = np.intersect1d(active, before, assume_unique=True, return_indices=True)
     same = (marks[own] == before_marks[old]).all(axis=1)
-    return (own, old), (own[same], old[same])
+    return own[same], old[same]
 
 
-def _others(size: int, places: Index) -> Index:
-    """Return the places below a size that are not among others."""
-    return np.delete(np.arange(size), places)
+def _near(
+    solver: DenseSolver, size: int, kept: Index, before: Index, matrix: Array, rhs: Array
+) -> Array | None:
+    """Return matrix⁻¹ rhs by the factors of a near block, or None if the matrix differs too much.
+
+    Parameters
+    ----------
+    solver : DenseSolver
+        Of the near block.
+    size : int
+        Its number of unknowns.
+    kept, before : (c,) arrays
+        Places of the unknowns that both share, in the matrix and in the near block.
+    matrix : (n, n) array
+    rhs : (n,) array
+    """
+    new, gone = np.delete(np.arange(len(rhs)), kept), np.delete(np.arange(size), before)
+    # LU of n unknowns costs as much as n/3 solves
+    if 6 * (len(new) + len(gone)) > len(rhs):
+        return None
+    right, first = np.column_stack([rhs, matrix[:, new]]), 1 + len(new)
+    columns = np.zeros((first + len(gone), size))
+    columns[:first, before] = right[kept].T
+    columns[np.arange(first, len(columns)), gone] = 1.0
+    columns = solver.solve_all(columns)
+    solved = columns[:, before]
+    system = np.vstack([columns[:, gone].T, matrix[np.ix_(new, kept)] @ solved.T])
+    system[len(gone) :, :first] -= right[new]
+    try:
+        y = np.linalg.solve(system[:, 1:], system[:, 0])
+    except np.linalg.LinAlgError:
+        return None
+    answer = np.empty(len(rhs))
+    answer[kept], answer[new] = solved[0] - y @ solved[1:], y[: len(new)]
+    left = np.abs(matrix @ answer - rhs).max()
+    return answer if left <= CHAINED * np.abs(rhs).max() else None
 
 
 def _least(matrix: Array, rhs: Array) -> Array:

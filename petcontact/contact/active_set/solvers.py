@@ -85,7 +85,6 @@ class DenseActiveSetSolver(_Counted):
         )
         self.ksp_iterations = self._factors.iterations
         result.flat[active] = answer[: len(active)]
-        _check(result)
         return result, constraint.motion(answer[len(active) :]), constraint.free
 
     def sum_solve(
@@ -104,7 +103,6 @@ class DenseActiveSetSolver(_Counted):
         answer = self._sum.solve(np.concatenate([rhs.ravel(), constraint.rhs]))
         self.ksp_iterations = self._sum.iterations
         result = np.asarray(answer[: rhs.size]).reshape(rhs.shape)
-        _check(result)
         return result, constraint.motion(answer[rhs.size :])
 
     def close(self) -> None:
@@ -309,10 +307,3 @@ def active_set_solver(
     ):
         return KrylovActiveSetSolver(system, surrogate)
     return DenseActiveSetSolver(system, surrogate, factors)
-
-
-def _check(x: Array) -> None:
-    if not np.isfinite(x).all():
-        raise SolverError(
-            "iterate", "a solve with S is not finite", "look at the data and the mesh"
-        )
