@@ -193,8 +193,8 @@ def gap_edges(boundary: Any, part: str, gap: Value) -> list[Array]:
     """Return the points (k, d) of each edge that presses on a part [length].
 
     There the gap jumps, or has a kink that points to the part, as the apex of a wedge or, on the
-    axis of revolution, of a cone. On faces of boxes they are lines on which the gap jumps. On
-    other surfaces they are not looked for.
+    axis of revolution, of a cone. On a face of a box all points where the gap jumps are one edge.
+    On other surfaces they are not looked for.
     """
     return []
 

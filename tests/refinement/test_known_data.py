@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from petcontact import Contact, Displacement, Material, Problem, Rectangle, Traction, load
+from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.curve_building import build_mesh
 from petcontact.refinement.known_data import fields, resolved
 from petcontact.refinement.marks import GradedOutline
+from petcontact.refinement.panels.data_lines import gap_edges
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -154,3 +156,25 @@ def test_a_polynomial_is_not_searched_for_narrow_features():
     (outline,) = problem.boundaries
     ((field,),) = [found for found in fields(problem, outline) if found]
     assert field.degree == 16 and len(field.samples) == 4 * 16**2 and not field.switches.size
+
+
+@pytest.mark.parametrize(
+    ("gap", "off", "count"),
+    [
+        # a disc has points all around its edge, a strip along both of its lines
+        ("where(x**2 + y**2 < 0.25, 0.01, 0)", lambda x, y: np.hypot(x, y) - 0.5, 200),
+        ("where(abs(x - 0.1) < 0.3, 0, 0.01)", lambda x, y: np.abs(x - 0.1) - 0.3, 256),
+        # kinks, and slopes that are steep, are no jumps
+        ("abs(x) + sqrt(x**2 + y**2)", None, 0),
+        ("tanh(100*(x - y)) + 1e-3*exp(x)", None, 0),
+        # the rim of the face is no edge of the gap
+        ("where(x < 1, 0, 0.01)", None, 0),
+    ],
+)
+def test_a_gap_over_a_box_jumps_where_points_lie(gap, off, count):
+    box = BoxSurface(np.full(3, -1.0), np.ones(3))
+    points = np.vstack([np.empty((0, 3)), *gap_edges(box, "top", gap)])
+    assert count <= len(points) <= 2 * count
+    if count:
+        assert off(*points.T[:2]) == pytest.approx(0.0, abs=1e-6)
+        assert points[:, 2] == pytest.approx(1.0)

@@ -17,7 +17,8 @@ from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.expressions import Value, evaluate
 from ...model.problem import Body
-from ..expression_features import SMOOTH, degree, kinks, uniform
+from ...round_off import SOLVED
+from ..expression_features import degree, kinks, uniform
 from ..known_data import gap_edges, given_data
 
 ALONG = 128
@@ -82,22 +83,41 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
 
 @gap_edges.register
 def _(box: BoxSurface, part: str, gap: Value) -> list[Array]:
-    varies = callable(gap) or (isinstance(gap, str) and math.isinf(degree(gap)))
-    shares = (np.arange(ALONG) + 0.5) / ALONG
-    names = [
-        _variables(box, part, k, shares, np.full(ALONG, fraction))
-        for k in ((0, 1) if varies else ())
-        for fraction in _across(gap, box, part, k, -SMOOTH)
-    ]
-    return [np.column_stack([each[key] for key in "xyz"]) for each in names]
+    if not (callable(gap) or (isinstance(gap, str) and math.isinf(degree(gap)))):
+        return []
+    points = np.vstack([_jumps(gap, box, part, k) for k in (0, 1)])
+    return [points] if 0 < len(points) <= MOST * ALONG else []
 
 
-def _across(value: Value, box: BoxSurface, part: str, axis: int, below: float = math.inf) -> Array:
-    """Return the fractions of an axis of a face with a kink on at least two lines along it.
+def _jumps(gap: Value, box: BoxSurface, part: str, axis: int) -> Array:
+    """Return the points (k, 3) at which a gap jumps along lines across a face.
 
-    The powers of these kinks, see `kinks`, are below the given one; jumps have powers below
-    -`SMOOTH`.
+    Of each interval the half with the larger change is kept: it stays as large at a jump only.
     """
+    width, cells = 1.0 / ALONG, np.arange(ALONG) / ALONG
+    low, share = (each.ravel() for each in np.meshgrid(cells, cells + 0.5 * width))
+
+    def values(fractions: Array) -> Array:
+        names = _variables(box, part, axis, share, fractions)
+        return evaluate(gap, names, len(fractions), "", otherwise=0.0)
+
+    ends = np.array([values(low), values(low + width)])
+    least = np.maximum(0.5 * np.abs(ends[1] - ends[0]), SOLVED * np.abs(ends).max())
+    while width > TOLERANCE:
+        width *= 0.5
+        middle = values(low + width)
+        upper = np.abs(ends[1] - middle) > np.abs(middle - ends[0])
+        low = low + upper * width
+        ends = np.where(upper, [middle, ends[1]], [ends[0], middle])
+    inside = (low > TOLERANCE) & (low < 1.0 - 2.0 * TOLERANCE)
+    jumps = inside & (np.abs(ends[1] - ends[0]) > least)
+    names = _variables(box, part, axis, share[jumps], low[jumps])
+    return np.column_stack([names[key] for key in "xyz"])
+
+
+def _across(value: Value, box: BoxSurface, part: str, axis: int) -> Array:
+    """Return the fractions of an axis of a face with a kink, or a jump, on at least two lines along
+    it."""
     shares = uniform()
     far = float(np.abs([box.lower, box.upper]).max() / (box.upper - box.lower).min())
 
@@ -110,7 +130,7 @@ def _across(value: Value, box: BoxSurface, part: str, axis: int, below: float = 
         kinks(functools.partial(values, share), shares, values(share, shares), far)
         for share in 0.618 * np.arange(1.0, 8.0) % 1.0
     ]
-    by_line = [np.unique(fractions[powers < below]) for fractions, powers in found]
+    by_line = [np.unique(fractions) for fractions, _ in found]
     ends = np.sort(np.concatenate(by_line))
     twice = ends[1:][np.diff(ends) < TOLERANCE]
     lines = distinct(twice, TOLERANCE, 1.0)
