@@ -78,7 +78,8 @@ def stress_change(
     """Return the error of a largest stress: its change at its place, around it and elsewhere.
 
     At a corner the stress may go on changing as slowly as it does in the last element. In an
-    element that both meshes have, nothing is known but how much it varies around the place.
+    element that both meshes have it has the relative error of the solution. On panels, which are
+    extrapolated to their corners, it is off by how much it varies around the place.
     """
     now, count = near.values, near.count
     change = np.abs(now - _stress_at(coarser, number, near.x, near.parts))
@@ -95,7 +96,9 @@ def stress_change(
         # Where the element gains nothing on the other mesh, the difference tells no error: both
         # owe it to the same data, or to panels that were not refined.
         if nodes <= before and size > 0.8 * size_before:
-            off = np.fmax(off, np.ptp(now[:count]))
+            accuracy = solution.accuracy
+            spread = np.ptp(now[:count]) if accuracy.estimates else accuracy.error * number.size
+            off = np.fmax(off, spread)
     return float(off)
 
 

@@ -16,11 +16,10 @@ from ..vtu.inside import field_inside, filled_bodies, grid_inside, inside_cells
 from ..vtu.revolve import check_revolved, revolved
 from .bands import band_colours, beyond
 from .curves import headed_end
+from .stress import COARSE
 from .surface import AZIMUTH, ELEVATION, Sampled, draw_bodies, fit_axes
 from .view import View
 
-RESOLUTION = (40, 40)
-"""Cells of the grid of a section, along each side of the box about it."""
 Part = tuple[Array, dict[str, Array], Index]
 """Points of a surface, what is known there, and the triangles between them."""
 
@@ -66,7 +65,7 @@ def turned(solution: SolutionData, name: str, degrees: float) -> Sampled:
 
 def _half_sections(solution: SolutionData, name: str, degrees: float) -> Iterator[Part]:
     """Yield the half sections at which a body begins and ends."""
-    grid = grid_inside(solution.meshes[name], RESOLUTION)
+    grid = grid_inside(solution.meshes[name], (COARSE, COARSE))
     section = inside_cells(field_inside(solution, grid, name))
     whole, count = revolved(section, degrees), len(section.points)
     for face in (slice(count), slice(-count, None)):
