@@ -4,7 +4,6 @@ increments."""
 from __future__ import annotations
 
 import functools
-import re
 
 import numpy as np
 import pytest
@@ -53,16 +52,6 @@ def test_either_side_may_be_the_secondary():
         assert np.allclose(a, b, atol=1e-10 * np.abs(a).max())
 
 
-def test_a_far_larger_friction_than_needed_is_bonding():
-    """With a closed bilateral contact: Coulomb's bound does not matter where it is never
-    reached."""
-    law, pressures = re.compile(r'gap = ".*"\nfriction_coefficient = 0.4'), []
-    for given in ('normal = "bonded"', 'normal = "bilateral"\nfriction_bound = 1e6'):
-        pressures.append(fields(solve(posed(law.sub(given, two())))))
-    for a, b in zip(*pressures, strict=True):
-        assert np.allclose(a, b, atol=1e-9 * np.abs(a).max())
-
-
 BASE = block("base", [-1, -1], [1, 0], 500.0, 0.3, "element_size = 0.2, order = 1", bottom=[0, 0])
 STAMP = (
     BASE
@@ -75,37 +64,6 @@ primary = "stamp"
 LAW
 """
 )
-
-
-ROOF = """
-[[obstacle]]
-name = "left"
-displacement = [0, -0.01]
-[[obstacle]]
-name = "right"
-displacement = [0, -0.01]
-[[contact]]
-name = "l"
-secondary = "base.top"
-primary = "left"
-gap = "0.02 + 0.02*x"
-[[contact]]
-name = "r"
-secondary = "base.top"
-primary = "right"
-gap = "0.02 - 0.02*x"
-"""
-
-
-def test_two_obstacles_on_one_part():
-    """Where both might close at a node, the steps' equations are singular; the answer is not."""
-    solution = solve(posed(BASE.replace("0.2, order", "0.1, order") + ROOF))
-    assert solution.converged, solution.reason
-    left, right = (solution.last.pairs[name] for name in "lr")
-    assert np.allclose(left.force, right.force, rtol=1e-9) and left.force[1] < 0.0
-    closed = left.pressure > 0.0
-    assert closed.any() and np.all(left.x[closed, 0] < -0.5)
-    assert np.array_equal(closed[::-1], right.pressure > 0.0)
 
 
 @pytest.mark.parametrize(

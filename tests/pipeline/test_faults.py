@@ -35,7 +35,7 @@ from petcontact.pipeline.steps import load_steps
 from petcontact.pipeline.steps import path as paths
 from petcontact.results import data
 from petcontact.results import solution as solutions
-from petcontact.runtime.signals import Interrupted, deferred, install, stopping
+from petcontact.runtime.signals import Interrupted
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -98,21 +98,6 @@ def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
     assert sorted(os.listdir(tmp_path)) == ["case.h5", "case.toml"]
 
 
-def test_a_signal_during_a_write_waits_for_it(tmp_path, comm):
-    solution = solve(example(1, mesh=COARSE), comm=comm)
-    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
-    install()
-    try:
-        with pytest.raises(Interrupted, match="SIGTERM") as caught, deferred():
-            os.kill(os.getpid(), signal.SIGTERM)
-            write_solution(tmp_path / "r.h5", solution)
-    finally:
-        for number, handler in zip((signal.SIGINT, signal.SIGTERM), before, strict=True):
-            signal.signal(number, handler)
-    assert caught.value.exit_status == 143
-    assert read_result(tmp_path / "r.h5").converged
-
-
 def test_an_interrupt_goes_through_and_a_stop_is_kept(comm):
     """A sweep must not take an interrupted case for a finished one."""
 
@@ -128,18 +113,6 @@ def test_an_interrupt_goes_through_and_a_stop_is_kept(comm):
     finally:
         prepared.close()
     assert (solution.status, solution.reason, solution.iterations) == ("failed", "enough", 3)
-
-
-def test_a_stop_is_told_of_signals_from_its_first_question_on(comm):
-    install()
-    with pytest.raises(Interrupted), stopping(comm):
-        os.kill(os.getpid(), signal.SIGTERM)
-    with stopping(comm) as stop:
-        assert stop() == 0 and stop.reason == ""
-        os.kill(os.getpid(), signal.SIGTERM)
-        assert stop.reason == "interrupted by SIGTERM" and stop() == signal.SIGTERM
-        os.kill(os.getpid(), signal.SIGHUP)  # a second one changes nothing
-        assert stop() == signal.SIGTERM
 
 
 BLOCKS = (
@@ -365,13 +338,6 @@ def test_a_rule_that_gives_no_positive_number(comm, value):
     solution = solve(example(1, mesh=COARSE), rule=Broken(), comm=comm)
     assert solution.status == "failed" and "the rule gave" in solution.reason
     assert solution.iterations > 0
-
-
-def test_a_small_change_far_from_the_solution_is_not_convergence(comm):
-    """With ρ = 1e-12 nothing moves: the change is tiny from the start, the friction condition is
-    not met."""
-    solution = solve(example(1, mesh=COARSE, rule="fixed", rho=1e-12, max_iterations=50), comm=comm)
-    assert not solution.converged and solution.relative_residual > 1e-3
 
 
 def test_a_killed_adaptive_solve_leaves_its_last_mesh(tmp_path, monkeypatch):

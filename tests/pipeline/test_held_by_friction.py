@@ -58,8 +58,3 @@ def test_friction_that_cannot_is_told_with_the_load_that_it_could(block):
     status, out, _ = block("boundary.2.pressure=110.0")
     reached = float(re.search(r"no equilibrium at load factor (\d\.\d+)", out)[1])
     assert status == 3 and reached == pytest.approx(400.0 / 440.0, abs=0.01)
-
-
-def test_without_friction_the_body_is_refused(block):
-    status, out, _ = block("boundary.0.friction_bound=0.0", "method.rule=modified")
-    assert status == 3 and "cannot be held: the load pushes it along +x" in out

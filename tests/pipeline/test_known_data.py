@@ -13,7 +13,6 @@ from shapes import cuboid, drawn, elastic, moved, problem, rectangle, solid, tou
 
 from petcontact import solve
 from petcontact.mesh.approximation import sampled
-from petcontact.pipeline.judge.remainders import missed_data
 from petcontact.pipeline.pose.load_states import known_function
 from petcontact.refinement.meshes import mesh_of
 
@@ -60,26 +59,6 @@ def test_narrow_loads_poles_functions_bounds_and_steps_are_looked_at():
     ):
         (text,) = warned(**given)
         assert f"of {told}" in text
-
-
-@pytest.mark.parametrize(
-    ("pressure", "count"), [("1 + 0.2*x", 0), ("exp(-((x - 0.3)**2 + (y - 0.55)**2)/1e-4)", 1)]
-)
-def test_in_space(pressure, count):
-    box = problem(
-        material=STEEL,
-        geometry=cuboid([0.0] * 3, [1.0] * 3),
-        mesh={"element_size": 0.5},
-        boundary=[
-            {"part": "top", "condition": "traction", "pressure": pressure},
-            bilateral(0.3),
-            *(drawn(part, [0.0] * 3) for part in ROUND),
-        ],
-    )
-    solution = solve(box)
-    found = missed_data(box, [*solution.meshes.values()])
-    assert len(found) == count and all("of the traction on top" in text for text in found)
-    assert [text for text in solution.warnings if "misses" in text] == found
 
 
 TURNED = {

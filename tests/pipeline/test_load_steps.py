@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from problems import block, contact_pair, load_step, obstacle, posed
+from problems import block, contact_pair, load_step, obstacle
 from shapes import closing, cuboid, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import (
@@ -23,7 +23,6 @@ from petcontact.model.summary import condition_text
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
-ROOT = Path(__file__).resolve().parents[2]
 FIXED = [0.0, 0.0]
 PUNCH = (
     block(
@@ -116,43 +115,6 @@ def test_a_free_block_on_a_rough_floor():
     assert solution.steps[1].pairs["bottom"].force == pytest.approx([-0.5, 2.0], rel=1e-12)
 
 
-def test_a_free_disc_between_rigid_plates():
-    """A disc held by two contacts only, the upper plate free under its load: a prototype's values."""
-    r = 0.5**0.5
-    loop = [
-        {"part": "left", "to": [-r, -r], "through": [-1.0, 0.0]},
-        {"part": "bottom", "to": [r, -r], "through": [0.0, -1.0]},
-        {"part": "right", "to": [r, r], "through": [1.0, 0.0]},
-        {"part": "top", "to": [-r, r], "through": [0.0, 1.0]},
-    ]
-    sizes = {"left": 0.2, "right": 0.2}
-    mesh = {"element_size": 0.03, "order": 2, "element_sizes": sizes}
-    law = {"gap": "1 - sqrt(1 - x**2)", "friction_coefficient": 0.2}
-    plate = {"name": "plate", "displacement": ["free", "free"], "force": [0.0, -0.05]}
-    solution = solve(
-        problem(
-            body=[solid("disc", {"shape": "outline", "loops": [loop]}, mesh=mesh)],
-            obstacle=[{"name": "floor"}, plate],
-            contact=[
-                touching("lower", "disc.bottom", "floor", direction=[0.0, -1.0], **law),
-                touching("upper", "disc.top", "plate", direction=[0.0, 1.0], **law),
-            ],
-        )
-    )
-    assert solution.converged, solution.reason
-    plate = solution.last.obstacles["plate"]
-    assert plate.displacement == pytest.approx([0.0, -0.134400039], abs=1e-5)
-    for pair in solution.last.pairs.values():
-        assert ends(pair, None) == pytest.approx((-0.23266, 0.23266), abs=0.03)
-
-
-def test_no_contact_is_told():
-    solution = solve(assembly(PUNCH, step=[], obstacle__0__displacement=[0.0, 3.2]))
-    assert solution.converged
-    said = " ".join(solution.verdict().split())
-    assert "no contact anywhere (pair 'interface' lies 3.2 apart)" in said
-
-
 @pytest.mark.parametrize(
     ("text", "key", "changes", "said"),
     [
@@ -181,13 +143,6 @@ def test_what_a_step_may_not_change_is_refused(text, key, changes, said):
         assembly(text, **{key: changes})
 
 
-def test_tresca_friction_that_is_too_small_is_named():
-    """A bound of 0.2 over a length of 2 holds less than a pull of 0.5, whatever the pressure."""
-    bottom = closing("bottom", normal="unilateral", friction_bound=0.2)
-    block = assembly(BLOCK, mesh={"element_size": 0.5}, boundary__1=bottom)
-    assert "body 'body' cannot be held: the load pushes it along +x" in solve(block).reason
-
-
 CYCLE = PUNCH.replace('name = "push"', 'name = "push"\nincrements = 4')
 
 
@@ -202,19 +157,6 @@ def written(tmp_path_factory):
 def going_on(start, text=CYCLE, size=0.25, **changes):
     mesh = {"element_size": size}
     return solve(assembly(text, body__0__mesh=mesh, method={"start": f"{start}"}, **changes))
-
-
-@pytest.mark.slow
-def test_a_solve_goes_on_from_any_increment_of_a_file(written):
-    """One that begins where an increment of it ended, also inside a step."""
-    whole, path = written
-    for after in ("", ":1", ":3"):
-        again = going_on(f"{path}{after}")
-        assert again.converged
-        assert [s.load_factor for s in again.steps] == [s.load_factor for s in whole.steps]
-        one, other = (s.last.pairs["interface"] for s in (whole, again))
-        assert np.allclose(one.sigma_t, other.sigma_t, atol=1e-12)
-        assert np.allclose(one.slip, other.slip, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -266,36 +208,6 @@ def test_a_body_that_only_contact_holds_is_unloaded_to_nothing(dimension, increm
     assert np.allclose(again, 2.0 * first, rtol=1e-6)
     assert not solution.converged
     assert "body 'block' cannot be held: the load pushes it along +" in solution.reason
-
-
-def test_a_wedge_that_jams_is_told():
-    """Driven and let go: the warning names the pair; while a load is left there is none."""
-    text = (
-        (ROOT / "configs" / "wedge.toml")
-        .read_text()
-        .replace("levels = 6, order = 3", "levels = 4, order = 2")
-    )
-    told = solve(posed(text)).warnings
-    assert len(told) == 2
-    assert all("stays pressed after step 'let go'" in line and "jams" in line for line in told)
-    held = posed(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]"))
-    assert solve(held).warnings == []
-
-
-def test_parts_of_a_one_body_file_need_a_condition():
-    """A part of a [[body]] is free of traction without one."""
-    told = "part 'right' has no condition; each of bottom, right, top, left needs one"
-    with pytest.raises(InputError, match=told):
-        solve(
-            problem(
-                material=elastic(1.0, 0.3),
-                geometry=rectangle([0, 0], [1, 1]),
-                boundary=[
-                    moved("top", [0, -0.01]),
-                    closing("bottom", normal="unilateral"),
-                ],
-            )
-        )
 
 
 def held_and_freed(first, second, normal="bonded", **method):

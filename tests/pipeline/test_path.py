@@ -60,13 +60,6 @@ def test_one_increment_in_which_a_contact_grows_is_reported_with_about_its_error
     assert "depends on the path" in " ".join(one.verdict().split())
 
 
-@pytest.mark.slow
-def test_an_adaptive_solve_without_steps_takes_as_many_increments_as_it_needs():
-    unnamed, one = (pressed(False, "x**2/8", count, adaptive=True) for count in (None, 1))
-    assert len(one.steps) == 1 and 1 < len(unnamed.steps) <= 16
-    assert unnamed.accuracy.path < 0.5 * one.accuracy.path
-
-
 def test_a_step_that_names_no_increments_takes_as_many_as_it_needs():
     """A block on its sliding bottom wears: p = (d E/H) exp(-k E s/H), .1353 after k E s/H = 2. Half
     of it is missed in one increment, and the coarser meshes have one."""
@@ -108,12 +101,6 @@ def test_what_moves_before_bodies_touch_is_no_slip(space, begins):
     assert auto.converged and len(auto.steps) > 5 and work[0] > 1.5 * work[1]
     before = auto.steps[0]  # the nodes nearest to the middle are a little off it
     assert begins < before.load_factor < begins + 0.06 and not before.pairs["pair"].pressure.any()
-
-
-@pytest.mark.parametrize(("apart", "few", "many"), [("", 4, 16), (" + 0.05", 8, 64)])
-def test_few_increments_after_bodies_touch_are_compared_with_others(apart, few, many):
-    gap = "x**2/8" + apart
-    assert warned(pressed(False, gap, few)) and warned(pressed(False, gap, many)) == []
 
 
 @pytest.mark.parametrize(

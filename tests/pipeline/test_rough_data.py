@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from shapes import (
     closing,
-    cuboid,
     drawn,
     elastic,
     moved,
     problem,
     rectangle,
-    rollers,
     solid,
     touching,
 )
 
-from petcontact import adapt, solve
+from petcontact import adapt
 
 STILL = [drawn("left", [0.0, 0.0]), drawn("right", [0.0, 0.0])]
 
@@ -89,31 +86,3 @@ def test_where_a_gap_jumps_a_part_ends():
     assert found.status == "converged"
     assert pair.force[1] == pytest.approx(3e4, rel=1e-6)
     assert float(pair.weight[pair.state != 2].sum()) == pytest.approx(2.0, rel=1e-6)
-
-
-def test_the_logarithm_at_the_tip_of_a_wedge_is_graded_to():
-    """p = E* tan(α)/π arcosh(a/x), Johnson (1985), section 5.2, but for the depth of the block."""
-    tip, force = 0.02, 0.02
-    loaded = {"displacement": [0.0, "free"], "force": [0.0, -force]}
-    found = pressed([-20.0, -20.0], [20.0, 0.0], 0.91, f"{tip}*abs(x)", **loaded)
-    pair = found.pairs["surface"]
-    x, half = np.abs(pair.x[:, 0]), 0.5 * float(pair.weight[pair.state != 2].sum())
-    exact = tip / math.pi * np.arccosh(np.maximum(half / x, 1.0))
-    error = np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2))
-    assert found.status == "converged" and half == pytest.approx(1.0, rel=5e-3)
-    assert error < found.accuracy.error
-
-
-@pytest.mark.slow
-def test_a_temperature_that_jumps_inside_a_body_is_known_to_what_its_polynomial_misses():
-    """A column between walls whose lower part is hot: its force is that of the mean temperature."""
-    walls = rollers("left", "right", "front", "back")
-    column = solid("column", cuboid([0.0] * 3, [1.0, 1.0, 1.5]), *walls, moved("top", [0.0] * 3))
-    column["material"] = {**elastic(1.0, 0.3), "thermal_expansion": 1e-3}
-    column["loads"] = {"temperature": "where(z < 0.4, 10, 0)"}
-    column["mesh"] = {"element_size": 0.25, "order": 1}
-    touch = touching("c", "column.bottom", "floor")
-    found = solve(problem(body=[column], obstacle=[{"name": "floor"}], contact=[touch]))
-    exact = 1e-3 / (1.0 - 2.0 * 0.3) * 10.0 * 0.4 / 1.5
-    off = abs(found.pairs["c"].force[2] - exact) / exact
-    assert 0.02 < off < found.accuracy.resultants < 0.2

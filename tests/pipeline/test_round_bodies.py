@@ -10,11 +10,8 @@ from shapes import cuboid, elastic, moved, problem, solid, touching
 from petcontact import solve
 from petcontact.errors import InputError
 from petcontact.pipeline.adapt.fixed_mesh import carries_something
-from petcontact.pipeline.adapt.loop import adapt
 from petcontact.pipeline.judge.first_panels import missed_volume
 from petcontact.pipeline.pose.discretise import discretise
-from petcontact.refinement.panels.axes import sides
-from petcontact.refinement.panels.marks import LONGER, facing
 
 STEEL = elastic(1.0, 0.3)
 
@@ -32,52 +29,6 @@ def test_sides_that_go_round_do_not_meet_through_the_bodies():
     pair = touching("cross", "upper.side", "lower.side")
     solution = solve(problem(body=bodies, contact=[pair]))
     assert solution.converged and not solution.last.pairs["cross"].pressure.any()
-
-
-@pytest.mark.slow
-def test_a_shrink_fit_that_turns_is_in_equilibrium_by_itself():
-    """What the fit of its centrifugal load leaves over moved it sideways: "cannot be held"."""
-
-    def ring(name, inner, outer):
-        corners = {"low": [outer, 0], "out": [outer, 20], "high": [inner, 20], "in": [inner, 0]}
-        loop = [{"part": part, "to": to} for part, to in corners.items()]
-        return solid(
-            name,
-            {"shape": "revolved", "loops": [loop]},
-            *({"part": part, "condition": "symmetry"} for part in ("low", "high")),
-            material={**elastic(2.1e5, 0.3), "density": 7.85e-9},
-            mesh={"element_size": 20.0, "order": 1},
-            loads={"angular_velocity": 1000.0},
-        )
-
-    fit = touching("fit", "disc.in", "shaft.out", gap=-0.04)
-    solution = solve(problem(body=[ring("shaft", 20, 40), ring("disc", 40, 80)], contact=[fit]))
-    assert solution.converged and np.all(solution.last.pairs["fit"].pressure > 0.0)
-    assert np.abs(solution.last.pairs["fit"].force).max() < 1e-6
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("friction", [None, 0.3])
-def test_a_ball_in_a_smooth_cup_is_not_turned_by_the_roughness_of_its_panels(friction):
-    """It is pressed into the cup by its weight."""
-    ball = [
-        {"part": "skin", "to": [1, 0], "through": [0.5**0.5, -(0.5**0.5)]},
-        {"part": "top", "to": [0, 0]},
-        {"part": "axis", "to": [0, -1]},
-    ]
-    body = solid(
-        "ball",
-        {"shape": "revolved", "loops": [ball]},
-        material={**STEEL, "density": 1.0},
-        loads={"acceleration": [0, 0, -1e-3]},
-        mesh={"element_size": 0.4, "order": 2},
-    )
-    law = {} if friction is None else {"friction_coefficient": friction}
-    gap = "1.002 - sqrt(x**2 + y**2 + (z - .002)**2)"
-    pair = touching("joint", "ball.skin", "cup", gap=gap, **law)
-    solution = solve(problem(body=[body], obstacle=[{"name": "cup"}], contact=[pair]))
-    told = [text for text in solution.warnings if "nothing holds 3 motions" in text]
-    assert solution.converged and bool(told) == (friction is None)
 
 
 def ball(**body):
@@ -137,22 +88,3 @@ def test_bodies_without_digits_are_refused(change):
     ball = {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0, **change}
     with pytest.raises(InputError, match="too little for 16 digits"):
         solve(problem(body=[solid("ball", ball, moved("top", [0, 0, 0]))]))
-
-
-@pytest.mark.slow
-def test_panels_of_a_soft_pad_are_as_small_as_those_of_the_punch_that_presses_on_it():
-    """A steel punch on rubber: with larger ones sets of contact cycled, with tractions of 1e5."""
-    pad = {"shape": "cylinder", "from": [0, 0, -15], "to": [0, 0, 0], "radius": 20}
-    punch = {"shape": "cylinder", "from": [0, 0, 0], "to": [0, 0, 8], "radius": 8}
-    bodies = [
-        solid("punch", punch, moved("top", [0, 0, -0.2]), material=elastic(2.1e5, 0.3)),
-        solid("pad", pad, moved("bottom", [0, 0, 0]), material=elastic(8.0, 0.45)),
-    ]
-    pair = touching("c", "punch.bottom", "pad.top")
-    solution = adapt(problem(body=bodies, contact=[pair]), 0.9)
-    punch, pad = solution.meshes["punch"], solution.meshes["pad"]
-    lengths = [np.linalg.norm(sides(mesh), axis=2).max(axis=1) for mesh in (punch, pad)]
-    own, other = facing((punch, "bottom"), (pad, "top"), None)
-    assert solution.converged and solution.last.iterations < 20
-    assert np.all(lengths[1][other] <= LONGER * lengths[0][own])
-    assert lengths[1].max() > 2.0 * lengths[0][own].max()

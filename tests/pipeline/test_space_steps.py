@@ -13,11 +13,8 @@ import scipy
 from shapes import closing, cuboid, drawn, elastic, moved, rectangle, solid, touching
 
 from petcontact import solve
-from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.contact.laws import SignoriniCoulomb
-from petcontact.contact.system import Modes
 from petcontact.errors import InputError
-from petcontact.geometry.rotation import MOTIONS
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.case import load, parse_problem
@@ -128,22 +125,6 @@ def test_a_block_on_the_floor_held_by_friction():
     assert np.allclose(pair.sigma_t, mirrored.sigma_t[place] * [-1.0, 1.0], atol=1e-4)
 
 
-def test_polygons_get_the_sides_that_are_asked_for(angle=22.5):
-    """A plate on the floor slides at µN in every direction, to 0.1 %."""
-    x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
-    frame = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
-    motion = np.einsum("kc,mcr->mkr", frame, MOTIONS[x.shape[1]].modes(x))
-    law = SignoriniCoulomb(
-        np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3
-    )
-    for share, slides in ((0.999, False), (1.001, True)):
-        push = 0.3 * share * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
-        modes = Modes(
-            motion, np.moveaxis(motion, 2, 0) / len(x), np.array([*push, -1.0, 0.0, 0.0, 0.0])
-        )
-        assert (unbalanced_load(modes, law) is not None) == slides
-
-
 def written_as_facets(path, turn):
     """The block of PUNCHED as quadrilaterals of a Gmsh file, turned in space."""
     mesh = box_mesh(
@@ -207,31 +188,6 @@ def test_a_turned_body_has_a_turned_answer(tmp_path):
                 getattr(other.obstacles["ball"], key),
                 atol=1e-7,
             )
-
-
-def test_an_obstacle_under_its_reactions_stays_where_it_was():
-    """All six motions given, then free under the forces and moments that held them: the same
-    tractions."""
-    at_once = {"method__tolerance": 1e-10, "step": [{"increments": 1}]}
-    given = solved(PUNCHED, obstacle__0__rotation=[0.0, 0.05, 0.02], **at_once)
-    held = given.last.obstacles["ball"]
-    freed = solved(
-        PUNCHED,
-        **at_once,
-        **{
-            "obstacle__0__displacement": "free",
-            "obstacle__0__rotation": "free",
-            "obstacle__0__force": held.force.tolist(),
-            "obstacle__0__moment": held.moment.tolist(),
-        },
-    )
-    assert freed.converged, freed.reason
-    moved = freed.last.obstacles["ball"]
-    assert moved.displacement == pytest.approx([0.0, 0.0, -0.1], abs=1e-8)
-    assert moved.rotation == pytest.approx([0.0, 0.05, 0.02], abs=1e-8)
-    a, b = given.last.pairs["top"], freed.last.pairs["top"]
-    assert np.allclose(a.pressure, b.pressure, atol=1e-7)
-    assert np.allclose(a.sigma_t, b.sigma_t, atol=1e-7)
 
 
 @pytest.mark.parametrize(

@@ -3,21 +3,13 @@ the estimate says."""
 
 from __future__ import annotations
 
-import dataclasses
-import itertools
-
 import numpy as np
 import pytest
-from climbs import Climb
-from random_revolution import random_revolution
 from shapes import elastic, moved, problem, rectangle, solid, touching
 
-from petcontact import solve
-from petcontact.mesh.curve_mesh import as_curve
 from petcontact.model.problem import Problem
 from petcontact.pipeline.adapt.difference import fading_places
 from petcontact.pipeline.adapt.part_ends import pressed_sides
-from petcontact.pipeline.adapt.traction_ladder import edges_of_steps
 from petcontact.refinement.contact_edges import Edge, edges, merged
 from petcontact.refinement.levels import CONTACT_LADDER, believed, growing
 
@@ -60,20 +52,6 @@ def test_wear_that_jumps_leaves_an_edge_that_presses():
     assert fading_places(posed)["pair"].arc_lengths == pytest.approx([0.0, 1.25, 2.0])
 
 
-@pytest.mark.slow
-def test_elements_at_a_corner_that_presses_halve_from_mesh_to_mesh():
-    # a ball rests on the sharp edge of a hole: with larger elements there the last mesh was less
-    # accurate than the one before, and its error 1.3 times the one that was reported
-    sizes = []
-    for solution, *_ in Climb.to(random_revolution(4849, 29), 5e-2).shown:
-        edge = fading_places(solution.problem)["pair"].arc_lengths[0]
-        mesh = as_curve(solution.meshes["punch"])
-        bottom = mesh.part == mesh.part_names.index("bottom")
-        sizes.append(mesh.length[bottom][np.abs(mesh.side_start[bottom] - edge).argmin()])
-    assert len(sizes) > 2
-    assert all(fine <= 0.5 * coarse for coarse, fine in itertools.pairwise(sizes))
-
-
 def test_where_slip_turns_there_is_an_edge():
     s = np.linspace(0.0, 1.0, 1001)
     moved, ones = s - 0.3004, np.ones(1001)
@@ -93,27 +71,6 @@ def test_where_slip_turns_there_is_an_edge():
     assert len(places(turning)) == 2
     assert places(speck) == pytest.approx([0.3004])
     assert len(places(speck, 1e-5)) == 3
-
-
-def test_edges_of_earlier_increments_count(comm):
-    loads = {"boundary": [{"body": "upper", "part": "top", "value": [0.02, -0.02]}]}
-    posed = blocks(
-        -0.5,
-        0.5,
-        step=[
-            {"boundary": [{"body": "upper", "part": "top", "value": [0.0, -0.02]}]},
-            {"increments": 4, **loads},
-        ],
-    )
-    solution = solve(posed, comm=comm)
-    every = edges_of_steps(solution, 1e-3, {"pair": 0.0})["pair"]
-    alone = edges_of_steps(
-        dataclasses.replace(solution, steps=[solution.steps[0], solution.steps[-1]]),
-        1e-3,
-        {"pair": 0.0},
-    )["pair"]
-    assert len(every) > len(alone)
-    assert {edge.s for edge in alone} <= {edge.s for edge in every}
 
 
 def test_close_edges_are_one_and_the_kept_ones_stay():

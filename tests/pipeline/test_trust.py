@@ -8,15 +8,13 @@ import re
 import subprocess
 import sys
 
-import facets
 import numpy as np
 import pytest
 from marks import slow
-from shapes import cuboid, drawn, elastic, moved, problem, rectangle, solid, touching
+from shapes import cuboid, drawn, elastic, moved, problem, rectangle
 
-from petcontact import InputError, adapt, solve
+from petcontact import InputError, solve
 from petcontact.contact.methods.registry import LAW_MEMBERS, method_of
-from petcontact.pipeline.judge.thickness import compactness, slenderness
 
 SOFT = elastic(1.0, 0.3)
 CLOSING = {"part": "bottom", "condition": "contact", "normal": "unilateral"}
@@ -170,25 +168,6 @@ def test_thin_bodies_are_refused(width, height):
         solve(loaded(width, height, max(width, height) / 40.0, 1))
 
 
-@pytest.mark.parametrize(
-    ("height", "advice"),
-    [
-        (0.05, "mesh the file anew with cells of about 0.05 there$"),
-        (0.11, "mesh the file anew with cells of about 0.11 there, or order 2$"),
-    ],
-)
-def test_what_a_thin_body_of_a_file_can_do(tmp_path, height, advice):
-    """Its panels are those of the file: there is no element_size to choose. Order 2 helps where it
-    allows as much."""
-    file = facets.box(
-        tmp_path / "plate.msh", (0.0, 0.0, 0.0), (1.0, 1.0, height), (2, 2, 1), triangles=False
-    )
-    held = moved("bottom", [0.0, 0.0, 0.0])
-    plate = solid("plate", {"shape": "gmsh", "file": file}, held, mesh={"order": 1})
-    with pytest.raises(InputError, match=advice):
-        solve(problem(body=[plate]))
-
-
 @pytest.mark.parametrize(("size", "order"), [slow(1e4, 2), (1e6, 1), slow(1e6, 2)])
 def test_an_elimination_without_digits_is_not_converged(monkeypatch, size, order):
     """The same without the look at the mesh: the elastic residual is small where p is off by its
@@ -197,15 +176,6 @@ def test_an_elimination_without_digits_is_not_converged(monkeypatch, size, order
     solution = solve(loaded(size, 1.0, size / 40.0, order))
     off = np.abs(solution.tried[-1].pairs["bottom"].pressure - 1.0).max()
     assert not solution.converged or off < 1e-3
-
-
-def test_size_over_thickness():
-    """Squares have none that counts, strips have that of their long sides."""
-    strip = solve(loaded(10.0, 1.0, 1.0, 2))
-    ratio = slenderness(strip.meshes["body"])
-    assert strip.converged and ratio.max() == pytest.approx(1.0) and np.count_nonzero(ratio) == 20
-    square = solve(loaded(1.0, 1.0, 0.25, 2))
-    assert slenderness(square.meshes["body"]).max() == 0.0
 
 
 @pytest.mark.parametrize(("order", "few"), [(2, 13), (4, 5)])
@@ -230,28 +200,6 @@ def test_bending_that_is_a_tenth_off_is_warned_of(order, few):
 
     exact, (shorter, early), (_, warned) = bent(40, 5)[0], bent(few + 1, order), bent(few, order)
     assert warned and not early and abs(shorter / exact - 1.0) < 0.11
-
-
-def test_adaptive_solve_without_contact_tells_no_error():
-    """Nothing is closed: there is no pressure whose error could be 0."""
-    apart = adapt(light(0.0, {}, "1e-3 + x**2"), 1e-3)
-    assert apart.converged
-    assert "error of p and q not known: contact carries nothing" in apart.verdict()
-
-
-def test_energy_dissipated_does_not_depend_on_increments():
-    """Where all loads grow together p and slip do, and half of the work of the final tractions on
-    the slip is dissipated."""
-    spent = []
-    for increments in (1, 3, "auto"):
-        solution = solve(rubbed(increments))
-        pairs = [step.pairs["bottom"] for step in solution.steps]
-        spent.append(sum(pair.dissipated for pair in pairs))
-        assert solution.converged
-        assert sum(pair.dissipated_error for pair in pairs) == pytest.approx(spent[0] / len(pairs))
-    last = pairs[-1]
-    work = -float(last.weight @ np.sum(last.sigma_t * last.slip, axis=1))
-    assert spent == pytest.approx([0.5 * work] * 3, rel=1e-6)
 
 
 PEAK = """
@@ -281,48 +229,3 @@ def test_memory_is_predicted(tmp_path):
     done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=True)
     converged, ratio = done.stdout.split()
     assert converged == "True" and 0.8 < float(ratio) < 1.3
-
-
-@pytest.mark.parametrize(("size", "told"), [(1.0, True), slow(0.125, False)])
-def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size, told):
-    """A rigid ball on panels wider than the contact: only nodes beside the middle are pressed."""
-    shape, held = cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 0.0]), moved("bottom", [0.0, 0.0, 0.0])
-    mesh = {"element_size": 0.5, "element_sizes": {"top": size}, "order": 1, "exponent": 1.0}
-    solution = solve(
-        problem(
-            body=[solid("block", shape, held, mesh=mesh)],
-            obstacle=[{"name": "ball", "displacement": [0.0, 0.0, -0.1]}],
-            contact=[touching("pair", "block.top", "ball", gap="(x**2 + y**2)/1.2")],
-        )
-    )
-    warned = [
-        text
-        for text in solution.warnings
-        if "overlap between nodes in contact: pair 'pair' by" in text
-    ]
-    assert solution.converged and bool(warned) == told
-    worst = solution.accuracy.error, solution.accuracy.resultants
-    assert min(worst) > 0.5 if told else max(worst) < 0.3
-
-
-def test_what_bends_moves_farther_than_its_tractions_move_a_compact_body(unestimated):
-    """A square of edge 2 that is pulled: u = x σ/E, |t|/|u| = (4/(4 + 4/3))^½ E. A beam with
-    tractions yσ/h at its ends: u_y = x² σ/(2 E h), off its mean by (1/80 - 1/144)^½ (2a)² σ/(2 E h).
-    Its ends and u_x are left out, about h/a."""
-
-    def pulled(height, way):
-        ends = {"left": f"-({way})", "right": way, "top": 0.0, "bottom": 0.0}
-        return solve(
-            problem(
-                material=elastic(2.0, 0.0),
-                geometry=rectangle([-1, -height], [1, height]),
-                mesh=UNIFORM,
-                boundary=[drawn(part, [value, 0.0]) for part, value in ends.items()],
-            )
-        )
-
-    square = pulled(1.0, "1.0")
-    for solution in (square, dataclasses.replace(square, steps=[], failed=square.last)):
-        assert compactness(solution) == pytest.approx(0.75**0.5, rel=1e-6)
-    slender = (0.05**3 / 3.0 / (1.0 / 80.0 - 1.0 / 144.0)) ** 0.5 / 2.0
-    assert compactness(pulled(0.05, "y")) == pytest.approx(slender, rel=0.15)

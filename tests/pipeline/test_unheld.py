@@ -53,22 +53,6 @@ def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, incre
     assert looked == {1.0, 0.5**HALVINGS / (1 if increments == "auto" else increments)}
 
 
-def test_an_increment_that_failed_is_not_solved_again_to_be_told(monkeypatch):
-    tried, solver = [], Increment.solved
-
-    def fails(self, monitor=None):
-        tried.append((self.begun, self.target))
-        outcome = solver(self, monitor)
-        outcome.converged = False
-        return outcome
-
-    monkeypatch.setattr(Increment, "solved", fails)
-    top = drawn("top", [0.0, -0.01])
-    solution = solved(block(boundary=[top]), step=[{"increments": 1}])
-    assert not solution.converged
-    assert len(tried) == len(set(tried)) == 1 + HALVINGS
-
-
 def test_the_largest_load_is_approached_from_below(monkeypatch):
     """Forces on a tool that is pressed by a given displacement slide it beyond µN. Each load at
     which nothing stops it is tried once, and none beyond it."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from curved_bodies import icosphere, written
 from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import (
-    adapt,
     solve,
 )
 
@@ -27,30 +25,6 @@ def test_a_body_that_turns_is_warned_of(comm):
         ],
     )
     assert "turns by 3 rad" in solve(block, comm=comm).verdict()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("known", [False, True])
-def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm, tmp_path, known):
-    """A ball pressed on a floor, its panels those of a file, which stay where they are, and of a
-    sphere, which follow it."""
-    cells = icosphere(1)
-    below = cells[:, :3, 2].mean(axis=1) < 0.0
-    file = written(tmp_path / "ball.msh", {"top": cells[~below], "bottom": cells[below]})
-    geometry = (
-        {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0}
-        if known
-        else {"shape": "gmsh", "file": file}
-    )
-    mesh = {"element_size": 0.5, "order": 1} if known else {"order": 1}
-    ball = solid("ball", geometry, moved("top", [0, 0, -0.02]), mesh=mesh)
-    spot = touching("spot", "ball.bottom", "floor", gap="z + 1", direction=[0, 0, -1])
-    balls = problem(body=[ball], obstacle=[{"name": "floor"}], contact=[spot])
-    solution = adapt(balls, 0.7, comm=comm)
-    assert len(solution.accuracy.elements) > 1
-    assert (
-        any("miss its curved faces by about" in warning for warning in solution.warnings) != known
-    )
 
 
 @pytest.mark.parametrize(("slope", "held"), [(1e-4, True), (0.1, False)])

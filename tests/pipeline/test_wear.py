@@ -62,11 +62,6 @@ def parabola(size, order, wear, cycle, *, shear=None, width=1.4, **changes):
     )
 
 
-def gross_slip(jumps, size=0.06, order=0):
-    """k s = 0.5 in so many jumps."""
-    return parabola(size, order, 0.25 / jumps / STROKE, {"count": jumps, "jump": 1})
-
-
 @functools.cache
 def partial_slip(size, order, count, jump, tolerance=0.02):
     """20 of k times cycles, Q = ±0.64 µP: stick in |x| < 0.6."""
@@ -129,29 +124,7 @@ def test_the_volume_is_k_times_force_times_slip_at_every_moment(dim):
     )
 
 
-@pytest.mark.slow
-def test_gross_slip_in_few_jumps():
-    """p_0 of an explicit scheme in 400 jumps; five jumps against twenty in L2."""
-    few, more = (solve(gross_slip(jumps)) for jumps in (5, 20))
-    assert middle(few) == pytest.approx([0.6382, 0.6113, 0.5863, 0.5635, 0.5416], rel=1e-3)
-    apart = few.wear.pressure["c"][-1] - more.wear.pressure["c"][-1]
-    assert np.linalg.norm(apart) < 2e-3 * np.linalg.norm(more.wear.pressure["c"][-1])
-    # the explicit scheme would have had to take 2.2 λ_min here, and is off by 39 %
-    assert volume(few) == pytest.approx(0.1 * LOAD * few.wear.cycle, rel=1e-4)
-
-
-TABLE = {1: (0.68336, 0.02965), 4: (0.73382, 0.12409), 20: (0.75817, 0.17380)}
 """p(0) and V by k times cycles: constant elements of 0.03, explicit, 200 jumps."""
-
-
-@pytest.mark.slow
-def test_partial_slip_over_cycles():
-    solution = partial_slip(0.03, 0, 10_000, "auto", 0.03)
-    assert solution.converged and len(solution.wear.cycle) < 100
-    done = solution.wear.cycle * 20.0 / 10_000
-    for cycles, (pressure, worn) in TABLE.items():
-        assert np.interp(cycles, done, middle(solution)) == pytest.approx(pressure, rel=1e-2)
-        assert np.interp(cycles, done, volume(solution)) == pytest.approx(worn, rel=3e-2)
 
 
 @pytest.mark.slow
@@ -168,19 +141,6 @@ def test_the_limit_of_partial_slip():
     assert middle(solution)[-1] == pytest.approx(0.75455, rel=3e-3)
     assert volume(solution)[-1] == pytest.approx(0.16862, rel=1e-2)
     assert x[depth > 1e-3].max() == pytest.approx(1.2457, abs=0.06) and depth[x < c].max() < 1e-4
-
-
-@pytest.mark.slow
-def test_without_a_cycle_the_steps_themselves_wear():
-    """Of Coulomb friction: k times what it dissipates over µ."""
-    increments = {"step.1.increments": 8, "step.2.increments": 16}
-    problem = parabola(0.12, 0, 2e-3, {"count": 1}, shear=0.9 * FRICTION * LOAD, **increments)
-    solution = solve(problem.model_copy(update={"cycle": None}))
-    assert solution.converged and solution.wear is None
-    spent = np.cumsum([step.pairs["c"].dissipated for step in solution.steps[1:]])
-    worn = np.array([step.pairs["c"].worn_volume.sum() for step in solution.steps[1:]])
-    assert np.all(np.diff(worn) > 0.0)
-    assert worn[7::8] == pytest.approx(2e-3 / FRICTION * spent[7::8], rel=1e-2)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from marks import slow
-from shapes import cuboid, drawn, elastic, moved, problem, rectangle, rollers, solid
+from shapes import cuboid, drawn, elastic, problem, rectangle, rollers, solid
 
 from petcontact import adapt, solve
 from petcontact.errors import InputError
@@ -65,18 +65,6 @@ def test_bodies_steps_and_the_error_of_u():
     missed = np.linalg.norm(rough.u - stretched(rough.mesh.x)) / np.linalg.norm(rough.u)
     assert 0.3 * missed < rough.accuracy.error < 10.0 * missed
     assert "error of u:" in rough.verdict()
-
-
-def test_a_body_that_only_moves_is_held_by_nothing():
-    """Its tractions are round-off of E times the displacement over its size."""
-    free = [drawn(part, [0, 0]) for part in ("left", "right", "bottom")]
-    block = problem(
-        material=elastic(YOUNG, POISSON),
-        geometry=rectangle([0, 0], [2, 1]),
-        mesh={"element_size": 0.25},
-        boundary=[moved("top", [0.0, -0.01]), *free],
-    )
-    assert "  top: held by (0, 0)\n" in solve(block).verdict()
 
 
 def test_what_needs_contact_is_refused():
