@@ -158,12 +158,6 @@ def test_any_bytes_as_a_file(tmp_path_factory, content):
     one_line(lambda: load(path))
 
 
-@PATIENT
-@given(st.text(max_size=30), values)
-def test_any_dotted_key(key, value):
-    one_line(lambda: parse_problem(copy.deepcopy(EXAMPLE), "c.toml", {key: value}, Path()))
-
-
 powers = st.integers(-60, 60).map(lambda k: 10.0**k)
 
 

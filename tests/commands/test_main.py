@@ -157,34 +157,6 @@ def test_status_3_keeps_the_last_iterate(folder):
         assert file.attrs["status"] == "not converged" and len(file["history/rho"]) == 4
 
 
-def test_status_1_for_a_solve_that_fails(folder):
-    """Options that nothing used are named there, too."""
-    words = "-ksp_type richardson -pc_type none -ksp_max_it 2 -no_such_option 7"
-    done = solve(folder, *words.split())
-    assert done.returncode == 1
-    assert "iterate: KSP richardson ended with DIVERGED_" in done.stderr
-    assert "try -ksp_type preonly" in done.stderr
-    assert "PETSc option -no_such_option was not used" in done.stderr
-
-
-def test_set_reads_toml_values_and_text(folder):
-    done = solve(
-        folder,
-        "--set",
-        "method.rule=fixed",
-        "--set",
-        "method.rho=2e4",
-        "--set",
-        "title='a b'",
-        "--set",
-        "boundary.0.friction_bound=140 + x",
-    )
-    assert done.returncode == 0 and "rule fixed" in done.stdout
-    assert done.stdout.startswith("converged: a b\n")
-    with h5py.File(folder / "case.h5") as file:
-        assert file["contact/friction_bound"][0] == pytest.approx(140.25)
-
-
 # --- PETSc's manners
 # -----------------------------------------------------------------------------------------------
 def test_view_monitor_log_and_help(folder):
@@ -203,20 +175,6 @@ def test_view_monitor_log_and_help(folder):
         f"-{name}" in done.stdout
         for name in ("ksp_type", "pc_type", "elastic_ksp_type", "elastic_pc_type")
     )
-
-
-def test_the_elimination_is_seen_as_what_it_is(folder):
-    done = solve(folder, "-elastic_ksp_view", "-mat_view", "::ascii_info")
-    assert done.returncode == 0 and done.stderr.count("PETSc option") == 0, done.stderr
-    text = done.stdout
-    assert "KSP Object: (elastic_) 1 MPI process" in text and "type: petcontact" in text
-    assert text.count("type: seqdense") > text.count("KSP Object")
-
-
-def test_options_left_is_petscs_own(folder):
-    done = solve(folder, "-options_left", "-no_such_option", "7")
-    assert done.returncode == 0
-    assert re.search(r"Option left: name:-no_such_option value: 7", done.stdout + done.stderr)
 
 
 def test_unused_options_are_named_wherever_they_come_from(folder):
@@ -278,12 +236,6 @@ def test_keys_that_are_not_read_are_named(config, changes, said, capsys):
     assert capsys.readouterr().err == (f"petcontact: {said}\n" if said else "")
 
 
-def test_keys_that_an_adaptive_solve_does_not_read_are_named(capsys):
-    report_ignored(load(ROOT / "configs" / "stack.toml", {"body.1.mesh.order": 2}), True)
-    assert "an adaptive solve does not use" in (said := capsys.readouterr().err)
-    assert "body[1].mesh.order" in said
-
-
 def test_monitor_prints_a_line_an_iteration(folder):
     done = solve(folder, "--monitor")
     with h5py.File(folder / "case.h5") as file:
@@ -314,13 +266,6 @@ def test_a_wrong_elastic_solve_is_told_by_the_option_that_mends_it(folder):
     assert "use a smaller -bem_hodlr_tol, or -bem_mat_type dense" in " ".join(done.stdout.split())
 
 
-def test_options_that_are_used_are_not_named(folder):
-    done = solve(
-        folder, "-ksp_type", "gmres", "-pc_type", "jacobi", "--set", "petsc.ksp_gmres_restart=7"
-    )
-    assert done.returncode == 0 and done.stderr == ""
-
-
 @pytest.mark.parametrize(
     ("levels", "wanted"),
     [(("file", "table"), "KSP bcgs"), (("table", "file", "line"), "KSP fgmres")],
@@ -344,28 +289,6 @@ def test_words_are_ours_or_petscs():
     assert theirs == ["-ksp_monitor", "-ksp_type", "gmres", "-ksp_rtol", "-1e-3"]
 
 
-def test_main_returns_the_status(capsys):
-    assert main([]) == 2
-    assert "COMMAND" in capsys.readouterr().out
-    assert main(["solve", "/missing.toml"]) == 2
-    assert (
-        capsys.readouterr().err
-        == "petcontact: /missing.toml: cannot be read (No such file or directory)\n"
-    )
-
-
-def test_a_reader_that_leaves_ends_quietly(folder):
-    words = f"solve case.toml --no-figures {' '.join(COARSE)} -ksp_view | head -1"
-    done = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", f"{forked.program()} {words}"],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        cwd=folder,
-    )
-    assert "Traceback" not in done.stderr and "KSP Object" in done.stdout
-
-
 def test_an_unexpected_exception_is_one_line(folder, monkeypatch, capsys):
     monkeypatch.setattr("petcontact.model.case.read_toml", lambda *words: 1 / 0)
     assert main(["solve", str(folder / "case.toml")]) == 1
@@ -374,31 +297,3 @@ def test_an_unexpected_exception_is_one_line(folder, monkeypatch, capsys):
     monkeypatch.setenv("PETCONTACT_TRACEBACK", "1")
     assert main(["solve", str(folder / "case.toml")]) == 1
     assert "Traceback" in capsys.readouterr().err
-
-
-# --- files
-# --------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("kind", ["config", "fifo"])
-def test_what_must_not_be_replaced_is_refused_before_the_solve(folder, kind):
-    """The config itself, and what is no file."""
-    path = folder / {"config": "case.toml", "fifo": "r.h5"}[kind]
-    if kind == "fifo":
-        os.mkfifo(path)
-    done = solve(folder, "-o", str(path), "--force")
-    assert done.returncode == 2 and done.stderr.count("\n") == 1
-    assert ("is what is read" in done.stderr) == (kind == "config")
-    assert (folder / "case.toml").read_text() == EXAMPLE
-    assert path.is_file() != (kind == "fifo")
-
-
-def test_two_solves_onto_one_name_lose_nothing(folder):
-    words = [forked.program(), "solve", "case.toml", "-o", "r.h5", "--no-figures", *COARSE]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    runs = [subprocess.Popen(words, cwd=folder, **pipes) for _ in range(2)]
-    errors = [run.communicate(timeout=300)[1] for run in runs]
-    status = sorted(run.returncode for run in runs)
-    # the second one is late, or comes so late that it is refused at once
-    assert status in ([0, 1], [0, 2]), errors
-    kept = {"case.toml", "r.h5"} | ({"r-2.h5"} if status == [0, 1] else set())
-    assert set(os.listdir(folder)) == kept
-    assert all(h5py.is_hdf5(folder / name) for name in kept - {"case.toml"})

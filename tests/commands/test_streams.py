@@ -13,7 +13,6 @@ from pathlib import Path
 import forked
 import pytest
 
-from petcontact.runtime.figure_style import plain
 from petcontact.runtime.terminal import StatusLine, printable
 from petcontact.runtime.text_table import aligned, as_csv
 
@@ -94,11 +93,6 @@ def test_an_error_names_a_file_in_one_line_whatever_its_name(folder):
     )
 
 
-def test_printable_and_plain():
-    assert printable("a\tb\x1b[0m\u202eé Σ\udcff") == "a\\tb\\x1b[0m\\u202eé Σ\\udcff"
-    assert plain("$x$") == r"\$x\$"
-
-
 @pytest.mark.parametrize("text", ["=1+1", "-x", "\t=1", "a,b", 'say "x"', "two\nlines", "plain"])
 def test_csv_cells_are_no_formulas(text):
     ((_, cell, number, empty),) = list(
@@ -137,17 +131,6 @@ def test_petsc_files_that_cannot_be(folder, words, said):
     assert done.returncode == 2 and said.format(folder=folder) in done.stderr
     assert done.stderr.count("\n") == 1
     assert not (folder / "c.h5").exists()
-
-
-def test_petsc_files_that_can_be(folder):
-    (folder / "a.opt").write_text("-options_file c.opt\n")
-    (folder / "c.opt").write_text("-ksp_type gmres\n")
-    done = shell(
-        folder,
-        f"petcontact solve c.toml --no-figures {COARSE} -options_file a.opt -ksp_view "
-        f"ascii:view.txt",
-    )
-    assert done.returncode == 0 and "type: gmres" in (folder / "view.txt").read_text()
 
 
 def test_long_work_off_a_terminal_says_how_far_it_is(monkeypatch, capsys):

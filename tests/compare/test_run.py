@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import math
 import subprocess
 from pathlib import Path
 
@@ -13,7 +11,6 @@ from examples import example
 
 from petcontact import Contact, InputError, MeshOptions
 from petcontact.commands.compare import _numbers
-from petcontact.compare.report import COLUMNS, csv_text, markdown, write_figures
 from petcontact.compare.run import CONTENDERS, compare
 
 ROOT = Path(__file__).parents[2]
@@ -37,20 +34,6 @@ def test_methods_for_other_problems_are_left_out_unless_they_are_asked_for(comm)
     assert {row.contender for row in rows} == set(CONTENDERS) - {"tao"}
     with pytest.raises(InputError, match="tao solves bilateral"):
         compare([("a", case)], contenders=["tao"], comm=comm)
-
-
-@pytest.mark.slow
-def test_tables_and_figures(rows, tmp_path):
-    text = markdown(rows)
-    assert text.count("## h = ") == 2 and "not converged" in text and "> 1000" in text
-    lines = list(csv.DictReader(csv_text(rows).splitlines()))
-    assert len(lines) == len(rows) and tuple(lines[0]) == COLUMNS
-    assert {line["rho"] for line in lines} == {"1.0", "1000.0", "10000000.0", ""}
-    assert math.isclose(float(lines[0]["error_u"]), rows[0].error_u)
-    paths = write_figures(rows, tmp_path / "figures")
-    assert [p.name for p in paths] == ["compare-residual.png", "compare-iterations.png"]
-    assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths)
-    assert len(write_figures([row for row in rows if row.rho is None], tmp_path)) == 1
 
 
 def test_command(tmp_path):

@@ -136,14 +136,6 @@ def test_tresca_holds_its_bound_and_no_more(k):
     )  # the least sum of components beyond the disk
 
 
-def test_bilateral_contact_holds_friction_in_tension_too():
-    """|σ_t| <= µ|p|: a load that pulls at a bilateral contact is held, and is not said to be more
-    than it can hold."""
-    m = 5
-    law = SignoriniCoulomb(np.full(m, 0.3), np.full(m, np.inf), np.zeros(m, dtype=bool), 2)
-    assert unbalanced_load(floor(2)(0.29, -1.0), law) is None
-
-
 @given(SEEDS, st.sampled_from([2, 3]), st.sampled_from([1e-6, 1.0, 1e6]))
 def test_excess_is_relative_to_the_bound_of_each_node(seed, k, size):
     """What the law allows has none; what is beyond by a share has that share, however large other

@@ -12,8 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy
-from half_space import half_plane, half_plane_on, pressed
-from marks import slow
+from half_space import half_plane, pressed
 from reduced_system import ReducedSystem, coulomb
 
 import petcontact.contact
@@ -29,7 +28,6 @@ from petcontact.contact.methods.projection import Projection
 from petcontact.contact.methods.registry import ContactNodes, law_of, method_of
 from petcontact.contact.rho_rules import Fixed, Modified, SelfAdaptive
 from petcontact.contact.state import ContactState, History
-from petcontact.contact.system import Modes
 
 COUNT = 30
 
@@ -126,26 +124,6 @@ def test_a_law_with_adhesion_is_what_an_optimiser_finds(strength, bound):
         assert bound_excess(law, state.sigma) <= 1e-6
 
 
-@pytest.mark.parametrize("law", ["tresca", "coulomb"])
-def test_methods_and_rules_of_ones_own_find_the_packages_answer(law):
-    x, system, matrix = cylinder()
-    if law == "tresca":
-        matrix = np.ascontiguousarray(matrix[::2, ::2])
-        system = ReducedSystem(system.u_0[:, :1] * (1.0 + x[:, None] ** 2), matrix, system.weight)
-        law = Tresca(np.full(COUNT, 0.02))
-    else:
-        law = coulomb(COUNT, 0.3)
-    exact = method_of("semismooth-newton")(system, law, iteration())
-    assert exact.converged and len(set(exact.states.tolist())) > 1
-    for method in (
-        GradientProjection(1.9 / np.linalg.norm(matrix, 2)),
-        method_of(Method(), HalfWay()),
-    ):
-        state = method(system, law, iteration())
-        assert state.converged, state.reason
-        assert np.abs(state.sigma - exact.sigma).max() < 1e-5 * np.abs(exact.sigma).max()
-
-
 def test_methods_by_name_class_and_object():
     table = Method(rule="fixed", rho=7.0, omega=1.5)
     for given in ("projection", Projection):
@@ -210,29 +188,6 @@ def test_examples_in_docstrings_run():
         assert attempted[name] > 0, name
 
 
-@pytest.mark.parametrize("share", [1e6, 1e12])
-def test_the_bound_is_kept_where_loads_are_far_beyond_it(share):
-    """|σ_t| <= (1 + 1e-6) g and slip against it, however little friction there is beside the
-    loads."""
-    x, weight, matrix = half_plane(COUNT, 1.5)
-    matrix, weight = np.ascontiguousarray(matrix[::2, ::2]), weight
-    system = ReducedSystem(1.0 + x[:, None], matrix, weight)
-    bound = (1.0 + x**2) / share
-    law = Tresca(bound)
-    for method in (
-        SemismoothNewton(),
-        Projection(Modified(), 1.0, 1.8),
-        Projection(SelfAdaptive(), 1e4, 1.0),
-    ):
-        state = method(system, law, iteration(1e-6, 2000))
-        assert state.converged, state.reason
-        assert (np.abs(state.sigma[:, 0]) / bound).max() <= 1.0 + 1e-6
-        slips = np.abs(state.v[:, 0]) > 1e-3
-        assert np.allclose(
-            state.sigma[slips, 0], -np.sign(state.v[slips, 0]) * bound[slips], rtol=1e-6, atol=0.0
-        )
-
-
 @pytest.mark.parametrize(
     "beyond, holds", [(-1e-3, True), (-1e-6, True), (1e-9, False), (1e-6, False), (1e-3, False)]
 )
@@ -248,25 +203,6 @@ def test_equilibrium_is_to_round_off_or_refused(beyond, holds):
         if holds:
             assert np.abs(system.modes.unbalanced(state.sigma)).max() <= 1e-10
             assert bound_excess(law, state.sigma) <= 1e-6
-
-
-@pytest.mark.parametrize("push", [1e-3, slow(1e-9)])
-def test_a_light_touch_is_not_lost_beside_its_gap(push):
-    """A gap of half a length that closes by a billionth: the force is some share of the push, and
-    no method drops it."""
-    spread = np.geomspace(0.02, 30.0, 25) * np.sqrt(push)
-    x, weight, matrix = half_plane_on(np.concatenate([-spread[::-1], [0.0], spread, [1.0]]))
-    law = coulomb(len(x), 0.0)
-    system = ReducedSystem(np.column_stack([np.zeros(len(x)), push - 0.5 * x**2]), matrix, weight)
-    exact = SemismoothNewton()(system, law, iteration(1e-12))
-    force = -weight @ exact.sigma[:, 1]
-    assert exact.converged and 0.05 * push < force < push
-    for method in (SemismoothNewton(), Projection(Modified(), 1.0, 1.5)):
-        state = method(system, law, iteration(1e-6, 3000))
-        assert not state.converged or -weight @ state.sigma[:, 1] == pytest.approx(
-            force, rel=1e-3
-        ), state.reason
-        assert state.converged or isinstance(method, Projection)
 
 
 def test_open_nodes_that_overlap_are_on_the_wrong_side_however_large_the_guess_was():
@@ -299,18 +235,6 @@ def test_residuals_are_of_each_pair_by_its_own_tractions():
     sigma[m:], v = 0.0, system.u_0 * 1.0
     v[:m] += sigma[:m]
     assert natural_residuals(law, system, v, sigma, pairs)[1] == 1.0
-
-
-def test_what_sticks_under_a_free_plate_is_not_measured_by_round_off():
-    """Its tangents do not move at all, its normals do: both hold."""
-    m, spread = 4, np.random.default_rng(5).uniform(0.5, 1.0, 4)
-    law = coulomb(m, 0.8)
-    down = np.tile([0.0, 1.0], (m, 1))
-    modes = Modes(down[:, :, None], down[None], np.array([spread.sum()]))
-    system = ReducedSystem(np.zeros((m, 2)), np.diag(down.ravel()), np.ones(m), modes)
-    sigma, v = np.column_stack([0.1 * spread, -spread]), np.zeros((m, 2))
-    v[:, 0] = 1e-18 * np.array([1.0, -2.0, 1.0, 3.0])
-    assert max(natural_residuals(law, system, v, sigma)) < 1e-12
 
 
 def system(u_0, compliance):

@@ -137,28 +137,6 @@ def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(
     assert not list(folder.rglob("*.tmp")) and not list(folder.glob(".run-*"))
 
 
-def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
-    """So many cases that no machine is through with them before the signal arrives."""
-    omega = [round(1.0 + 0.005 * k, 3) for k in range(150)]
-    crossed = (
-        f'rho = {RHOS}\nelement_size = [0.1, 0.05]\n"method.tau" = [1.0, 1.5, 2.0, '
-        f'2.5]\n"method.omega" = {omega}\n'
-    )
-    path = write_sweep(tmp_path, f"[cross]\n{crossed}", keep="scalars")
-    job = launch.start(2, "-m", "petcontact", "sweep", str(path), "-o", str(tmp_path / "out"))
-    until(lambda: finished(tmp_path / "out") >= 10, job)
-    job.terminate()
-    job.communicate(timeout=WAIT)
-    assert job.returncode != 0
-    kept = rows(tmp_path / "out")
-    assert 10 <= len(kept) < 84_000
-    some = sorted(kept)[:5]
-    done = sweep(
-        1, path, "-o", tmp_path / "out", *(word for id_ in some for word in ("--only", id_))
-    )
-    assert counts(done) == (0, len(some), 0)
-
-
 # -- failing cases and ranks
 # ----------------------------------------------------------------------------------------
 

@@ -10,31 +10,14 @@ from sweep_files import CONFIGS, quietly, sweep_of
 
 from petcontact import load_case
 from petcontact.fields.interior import field_at
-from petcontact.pipeline.run import prepare
 from petcontact.pipeline.solve import solve
-from petcontact.sweep import problems as running
-from petcontact.sweep.quantities import contact_quantities, resultants, row_of, von_mises_at
+from petcontact.sweep.quantities import resultants, von_mises_at
 from petcontact.sweep.store.case_table import read_case_table
 
 
 @pytest.fixture(scope="module")
 def solution(comm):
     return solve(example(1), comm=comm)
-
-
-def test_of_example_1(solution):
-    found = contact_quantities(solution)
-    c = solution.contact
-    assert found["max_u_t"] == pytest.approx(np.abs(c.u_t).max(), rel=1e-12)
-    # 80 nodes of weight 0.1
-    assert found["slip_length"] == pytest.approx(0.1 * (c.state == 1).sum(), rel=1e-12)
-    assert found["slip_share"] == pytest.approx((c.state == 1).mean(), rel=1e-12)
-    assert found["contact_area"] == pytest.approx(8.0, rel=1e-12)
-    assert found["tension_share"] == pytest.approx((c.sigma_n > 0).mean(), rel=1e-12)
-    # where it slips |σ_t| = g, elsewhere u_t = 0
-    assert found["dissipated_energy"] == pytest.approx(
-        0.1 * 150.0 * np.abs(c.u_t[c.state == 1]).sum(), rel=1e-4
-    )
 
 
 def test_the_resultant_balances_all_other_forces(solution):
@@ -58,17 +41,6 @@ def test_von_mises_at_points(solution):
         deviator = s - np.trace(s) / 3.0 * np.eye(3)
         assert value == pytest.approx(np.sqrt(1.5 * (deviator**2).sum()), rel=1e-12)
     assert von_mises_at(solution, []) == {}
-
-
-def test_a_row_has_what_was_asked_for(solution):
-    row = row_of(
-        "id",
-        {"rho": 1.0},
-        solution,
-        points=[(4.0, 2.0)],
-        more={"twice": lambda s: 2 * s.iterations},
-    )
-    assert row["twice"] == 2 * row["iterations"] and row["von_mises_1"] > 0.0 and row["rho"] == 1.0
 
 
 PUNCH = (
@@ -126,21 +98,3 @@ def test_a_case_without_a_mesh_is_what_a_solve_gives(tmp_path, comm):
     assert table.numbers("max_pressure")[0] == alone.last.pairs["top"].pressure.max()
     peak = f"{table.numbers('peak_von_mises')[0]:.3g}"
     assert f"largest von Mises stress: {peak}" in alone.verdict()
-
-
-@pytest.mark.usefixtures("unestimated", "unsampled")
-def test_friction_bounds_of_the_papers_body_share_one_elimination(tmp_path, comm, monkeypatch):
-    bounds = {"boundary.0.friction_bound": [100.0, 150.0, 300.0]}
-    sweep = sweep_of(tmp_path, keep="all", set={"element_size": 0.4}, cross=bounds)
-    calls = []
-    monkeypatch.setattr(
-        running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more)
-    )
-    assert quietly(sweep, tmp_path / "out").exit_status == 0 and len(calls) == 1
-    for place in range(3):
-        alone = solve(sweep[place].case, comm=comm)
-        kept = load_case(tmp_path / "out", sweep.ids[place])
-        assert np.all(kept.contact.friction_bound == (100.0, 150.0, 300.0)[place])
-        np.testing.assert_allclose(
-            kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9
-        )

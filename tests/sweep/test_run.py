@@ -21,8 +21,7 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import solve
 from petcontact.sweep import problems
 from petcontact.sweep import problems as running
-from petcontact.sweep.design.sweep import build_sweep, read_sweep
-from petcontact.sweep.design.sweep_file import read_files
+from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.schedule import cost as costs
 from petcontact.sweep.schedule.cost import estimate
 from petcontact.sweep.schedule.groups import describe
@@ -275,16 +274,6 @@ def test_two_runs_at_once_end_with_one_right_table(small, tmp_path, computed):
     assert not list((tmp_path / "out").glob(".run-*"))
 
 
-def test_another_tolerance_is_another_case(small, tmp_path, computed):
-    shutil.copytree(computed, tmp_path / "out")
-    file, data, problems = read_files(tmp_path / "small.toml")
-    data["set"] = {"tolerance": 1e-5}
-    other = build_sweep(file, data, problems)
-    assert quietly(other, tmp_path / "out", only=["*-rho1e3-h0.8"]).computed == 2
-    # what was there before is not lost
-    assert quietly(small, tmp_path / "out").reused == 8
-
-
 # -- failures
 # --------------------------------------------------------------------------------------------------
 
@@ -317,20 +306,6 @@ def test_a_failing_case_is_recorded_and_redone(small, tmp_path, monkeypatch):
     monkeypatch.setattr(problems, "run", run)
     again = quietly(small, tmp_path / "out")
     assert (again.computed, again.reused, again.exit_status) == (2, 6, 0)
-
-
-def test_a_group_that_cannot_be_prepared_fails_case_by_case(small, tmp_path, monkeypatch):
-    def failing(case, comm, cases):
-        if case.mesh.element_size == 0.8:
-            raise SolverError("factor", "zero pivot", "fix the body")
-        return prepare(case, comm, cases=cases)
-
-    monkeypatch.setattr(running, "prepare", failing)
-    summary = quietly(small, tmp_path)
-    assert len(summary.failed) == 4
-    assert all(
-        id_.endswith("h0.8") and "zero pivot" in reason for id_, reason in summary.failed.items()
-    )
 
 
 def test_a_quantity_that_raises_fails_its_case_and_no_other(tmp_path):

@@ -3,24 +3,19 @@ definite matrices."""
 
 from __future__ import annotations
 
-import sys
-import types
-
 import numpy as np
 import pytest
 from half_space import half_plane, half_space, pressed
 from reduced_system import ReducedSystem, coulomb
 
-from petcontact import InputError, Method
+from petcontact import InputError
 from petcontact.contact.criterion import Criterion, equilibrium_defect
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.law_protocol import OPEN, SLIP, STICK
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
 from petcontact.contact.methods.projection import Projection
-from petcontact.contact.methods.registry import method_of
 from petcontact.contact.rho_rules import Modified, SelfAdaptive
-from petcontact.model import solver_options
 from petcontact.reference.cattaneo_mindlin import LinePartialSlip
 from petcontact.reference.hertz import LineContact, PointContact, contact_modulus
 
@@ -174,16 +169,6 @@ def test_what_is_called_converged_is_a_solution_and_nearly_all_is():
     assert solved >= 98
 
 
-def test_a_body_above_the_floor_falls_until_it_touches():
-    """Nothing is in contact at first, and no displacement is known."""
-    x, weight, matrix = half_plane(60, 1.5)
-    near, far = (pressed(matrix, weight, 0.5 * x**2 + height, (0.0, 0.3)) for height in (0.0, 50.0))
-    states = [NEWTON(system, coulomb(60, 0.3, 2), iteration()) for system in (near, far)]
-    assert all(state.converged for state in states)
-    assert np.allclose(states[0].sigma, states[1].sigma, atol=1e-10)
-    assert states[1].alpha[1] - states[0].alpha[1] == pytest.approx(50.0)
-
-
 def test_motions_that_contact_does_not_see_stay():
     """Frictionless contact sees no tangential motion: it keeps its place, and a force along it is
     found out."""
@@ -192,90 +177,3 @@ def test_motions_that_contact_does_not_see_stay():
     still = NEWTON(pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), law, iteration())
     assert still.converged and still.alpha[0] == 0.0 and (still.states == STICK).sum() == 0
     assert not NEWTON(pressed(matrix, weight, 0.5 * x**2, (1e-3, 0.5)), law, iteration()).converged
-
-
-def test_a_method_of_ones_own_is_a_file_and_a_line(monkeypatch):
-    module = types.ModuleType("petcontact.contact.methods.mine")
-    module.build = lambda options, rule: NEWTON
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setitem(solver_options.METHODS, "my-method", "mine")
-    assert method_of(Method(name="my-method")) is NEWTON
-    with pytest.raises(InputError, match="my-method"):
-        Method(name="no-method")
-
-
-def test_a_monitor_ends_a_method():
-    x, weight, matrix = half_plane(30, 1.5)
-    system, law = pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), coulomb(30, 0.3, 2)
-    stop = iteration(1e-9, 100, monitor=lambda s: "enough" if len(s.history) == 2 else None)
-    for method in (NEWTON, Projection(Modified(), 1.0, 1.5)):
-        state = method(system, law, stop)
-        assert (state.reason, state.stopped, state.converged) == ("enough", True, False)
-        assert len(state.history) == 2
-
-
-class Stand:
-    """T for a matrix: its symmetric part without the coupling of components."""
-
-    rtol, fast = 1e-11, True
-
-    def __init__(self, matrix, k):
-        blocks = 0.5 * (matrix + matrix.T).reshape(-1, k, len(matrix) // k, k)
-        self.coupled = k > 2  # disks couple the components
-        self._matrix = (blocks * np.eye(k)[None, :, None, :]).reshape(matrix.shape)
-
-    def apply(self, x):
-        return (self._matrix @ x.ravel()).reshape(x.shape)
-
-    def solve(self, x, rho=None):
-        matrix = self._matrix if rho is None else np.eye(x.size) + rho * self._matrix
-        return np.linalg.solve(matrix, x.ravel()).reshape(x.shape)
-
-    def stick_solve(self, stick, rhs):
-        chosen, result = np.flatnonzero(stick), np.zeros_like(rhs)
-        result.flat[chosen] = np.linalg.solve(
-            self._matrix[np.ix_(chosen, chosen)], rhs.flat[chosen]
-        )
-        return result
-
-    def matrix(self):
-        return self._matrix
-
-    def fit(self, sigma, displacement):
-        pass
-
-
-class ByProducts(ReducedSystem):
-    """S is known by its products alone."""
-
-    matrix_free = True
-
-    def compliance(self):
-        raise AssertionError("nobody may ask for S itself")
-
-    def surrogate(self):
-        return Stand(self._operator.matrix(), self.u_0.shape[1])
-
-
-@pytest.mark.parametrize(("k", "held"), [(2, True), (3, False)])
-def test_newton_by_products_alone(k, held):
-    """Coulomb friction with and without rigid motions: GMRES on what is seen, T in all directions
-    as its preconditioner."""
-    if k == 2:
-        x, weight, matrix = coupled_half_plane(60, 1)
-        gap, force = 0.5 * x**2, (0.1, 0.7)
-    else:
-        x, weight, matrix = half_space(10, 1.4)
-        gap, force = 0.5 * np.sum(x**2, axis=1), (0.1, 0.05, 1.0)
-    dense = pressed(matrix, weight, gap, force)
-    if held:
-        dense = ReducedSystem(dense.u_0 + np.array([-0.05] * (k - 1) + [0.3]), matrix, weight)
-    free = ByProducts(dense.u_0, matrix, weight, dense.modes)
-    law = coulomb(len(weight), 0.4, k)
-    exact, state = (NEWTON(system, law, iteration()) for system in (dense, free))
-    assert exact.converged and state.converged, state.reason
-    assert np.abs(state.sigma - exact.sigma).max() < 1e-7 * np.abs(exact.sigma).max()
-    assert equilibrium_defect(free, state.sigma) < 1e-12
-    assert max(state.history.ksp_iterations) <= (
-        40 if k == 2 else 200
-    )  # disks that slip are not in T's mask

@@ -13,15 +13,12 @@ from petcontact import (
     Bem,
     Contact,
     Displacement,
-    InputError,
     MeshOptions,
     Method,
     Polygon,
     Traction,
 )
 from petcontact.contact.friction_law import contact_norm
-from petcontact.contact.methods.tao import minimise
-from petcontact.model.solver_options import DEFAULT_METHOD
 
 NAMES = ("projection", "operator-robin", "semismooth-newton", "tao")
 
@@ -77,20 +74,6 @@ def test_all_methods_find_one_solution(case, comm):
     prepared.close()
 
 
-def test_default_and_starts(comm):
-    prepared = Posed(example(1), comm)
-    assert Method().resolved_name == DEFAULT_METHOD
-    assert Method(rule="fixed").resolved_name == "projection"
-    zero, frictionless = (
-        prepared.iterate(Method(start=start)) for start in ("zero", "frictionless")
-    )
-    assert np.allclose(zero.v, frictionless.v, atol=1e-12) and len(zero.history) <= 10
-    for start, said in (("nowhere.h5", "there is no file 'nowhere.h5'"), ("nowhere", "neither")):
-        with pytest.raises(InputError, match=said):
-            prepared.iterate(Method(start=start))
-    prepared.close()
-
-
 @pytest.mark.parametrize(
     "case",
     [PROBLEMS["example 2"], slow(PROBLEMS["two parts"])],
@@ -115,22 +98,3 @@ def test_compressed_systems_serve_every_method(case, comm):
     assert len(few.history) <= 5 and compressed.system.applications - before <= 80
     dense.close()
     compressed.close()
-
-
-def test_symmetrised_problem_is_another_one(comm):
-    """TAO's minimum solves the symmetrised problem exactly, and that lies some percent off in σ_t
-    (Example 1)."""
-    prepared = Posed(example(1, mesh=MeshOptions(element_size=0.05)), comm)
-    weight, bound, base = prepared.weight, prepared.bound, prepared.system.u_0[:, 0]
-    compliance = prepared.system.compliance()
-    iterates = minimise(compliance, base, bound, weight, np.zeros_like(base))
-    sigma = iterates[-1]
-    assert 2 < len(iterates) < 30 and not iterates[0].any()
-    u = base + 0.5 * (compliance + compliance.T * (weight / weight[:, None])) @ sigma
-    inside = np.abs(sigma) < bound * (1 - 1e-9)
-    assert np.abs(u[inside]).max() < 1e-9 * np.abs(u).max()
-    assert np.all(u[~inside] * sigma[~inside] <= 0.0)
-    exact = prepared.iterate(Method())
-    off = contact_norm(sigma[:, None] - exact.sigma, weight) / contact_norm(exact.sigma, weight)
-    assert 0.01 < off < 0.03
-    prepared.close()

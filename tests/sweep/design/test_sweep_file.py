@@ -18,36 +18,9 @@ from petcontact.sweep.design.sweep import Sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 
 
-def test_the_papers_tables_have_128_cases_with_readable_ids():
-    sweep = read_sweep(CONFIGS / "tables.toml")
-    assert len(sweep) == len(set(sweep.ids)) == 128
-    assert sweep.ids[0] == "example1-self-adaptive-rho1-h0.4"
-    assert "example1-modified-rho1e3-h0.05" in sweep.ids
-    case = sweep[sweep.ids.index("example2-modified-rho1e7-h0.2")]
-    assert case.coordinates == {
-        "problem": "example2",
-        "rule": "modified",
-        "rho": 1e7,
-        "element_size": 0.2,
-    }
-    assert (case.case.method.rho, case.case.method.rule, case.case.mesh.element_size) == (
-        1e7,
-        "modified",
-        0.2,
-    )
-    assert [c.id for c in sweep] == sweep.ids
-
-
 @given(st.floats(allow_nan=False, allow_infinity=False) | st.integers(-(10**15), 10**15))
 def test_a_number_in_an_id_reads_back(value):
     assert float(short_number(value)) == value
-
-
-@pytest.mark.parametrize(
-    ("value", "text"), [(1.0, "1"), (100, "100"), (1000.0, "1e3"), (0.05, "0.05"), (1e-6, "1e-6")]
-)
-def test_numbers_in_ids_are_short(value, text):
-    assert short_number(value) == text
 
 
 def test_dotted_keys_and_variants(tmp_path):
@@ -263,14 +236,3 @@ def test_mistakes_are_one_line_that_names_the_key(tmp_path, text, message):
         read_sweep(sweep_file(tmp_path, text))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_only(tmp_path):
-    sweep = read_sweep(sweep_file(tmp_path))
-    assert [sweep.ids[k] for k in sweep.only(["*-rho1-h0.4", "*modified-rho1e3-h0.8"])] == [
-        "example1-self-adaptive-rho1-h0.4",
-        "example1-modified-rho1-h0.4",
-        "example1-modified-rho1e3-h0.8",
-    ]
-    with pytest.raises(InputError, match="no case"):
-        sweep.only(["*-h0.3"])

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sweep_files import CONFIGS, quietly, sweep_file
+from sweep_files import quietly, sweep_file
 
 from petcontact.commands.main import main
 from petcontact.errors import InputError, ResultError, SolverError
@@ -27,7 +27,6 @@ from petcontact.sweep.report.pivot import (
     Facts,
     asked_about,
     make_tables,
-    text,
 )
 from petcontact.sweep.report.plots import Plot, parse_plot, write_plots
 from petcontact.sweep.report.text import csv_text, markdown
@@ -151,23 +150,6 @@ def test_cells():
     assert cell((20, 10, good), (None, 10, good)) == "10"
     assert cell((20, 10, bad)) == "not converged / 20"
     assert cell((20, 10, "failed"), (30, 10, "failed")) == "2 missed / 25"
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [(1000.0, "1e3"), (0.05, "0.05"), (True, "True"), (None, "–"), ("a b", "a b")],
-)
-def test_coordinates_for_people(value, shown):
-    assert text(value) == shown
-
-
-def test_lists_are_coordinates_too():
-    rows = [
-        {"id": str(k), "value": [0.0, float(k)], "rho": 1.0, "status": "missing", "reason": ""}
-        for k in (1, 2)
-    ]
-    some = CaseTable("", ["value", "rho"], columns_of(rows), Path())
-    assert len(make_tables(some, ["value"], ["rho"])[0].rows) == 2
 
 
 @pytest.mark.parametrize("name", ["nothing", "empty", "results.h5", "case.h5"])
@@ -335,7 +317,3 @@ def test_the_command(swept, tmp_path, capsys):
     for words in (["--csv", str(tmp_path / "no" / "t.csv")], ["--cells", "colour"]):
         assert main(["report", str(swept), *words]) == 2
         assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_the_papers_config_keeps_what_the_page_draws():
-    assert read_sweep(CONFIGS / "tables.toml").keep == "all"

@@ -2,46 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from sweep_files import CONFIGS, sweep_of
 
-from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.problems import elimination_needs
 from petcontact.sweep.schedule.groups import make_groups
-
-
-def test_cases_that_differ_in_the_method_alone_share_a_group():
-    sweep = read_sweep(CONFIGS / "tables.toml")
-    groups = make_groups(sweep)
-    assert groups.size.tolist() == [16] * 8
-    for number in range(8):
-        places = np.flatnonzero(groups.of_case == number)
-        assert groups.first[number] == places[0]
-        assert (
-            len(
-                {
-                    (sweep.coordinates(k)["problem"], sweep.coordinates(k)["element_size"])
-                    for k in places
-                }
-            )
-            == 1
-        )
-    readings = make_groups(read_sweep(CONFIGS / "sweep_readings.toml"))
-    assert readings.size.tolist() == [128] * 8
-
-
-def test_formulation_and_petsc_options_make_groups(tmp_path):
-    crossed = {
-        "formulation": ["condensed", "full"],
-        "petsc.ksp_type": ["preonly", "gmres"],
-        "boundary.0.friction_bound": [100.0, 150.0],
-        "tolerance": [1e-5, 1e-6],
-    }
-    groups = make_groups(sweep_of(tmp_path, cross=crossed))
-    # a friction bound is nothing that the elimination depends on
-    assert groups.size.tolist() == [4] * 4
-    assert len(groups.representatives()) == 2
 
 
 @pytest.mark.parametrize("fixed", [True, False])
@@ -95,10 +60,3 @@ def test_meshes_that_resolve_their_data_are_not_shared_by_loads(tmp_path):
     for fixed, sizes in (({}, [2, 2, 2]), ({"element_size": 0.8}, [6])):
         sweep = sweep_of(tmp_path, problems=["example1_adaptive.toml"], set=fixed, cross=crossed)
         assert make_groups(sweep).size.tolist() == sizes
-
-
-def test_friction_that_is_zero_has_a_group_of_its_own(tmp_path):
-    crossed = {"contact.0.friction_coefficient": [0.0, 0.1, 0.2]}
-    (tmp_path / "press_fit.toml").write_text((CONFIGS / "press_fit.toml").read_text())
-    sweep = sweep_of(tmp_path, problems=["press_fit.toml"], cross=crossed)
-    assert sorted(make_groups(sweep).size.tolist()) == [1, 2]
