@@ -1,10 +1,9 @@
 """The largest stresses of a solution, in its bodies and on their surfaces.
 
 Stress is sampled on the boundary, below every contact and all over the body. Where it has no bound
-(`unbounded`) the samples say how near they lie, and no more: such a place is named, and its hill is
-left out. The hill is what keeps falling with the distance from the place, in some direction, up to
-`NEAR` times the size of the body. A peak of another kind nearby, as at a notch, is no part of it.
-Of the samples that are left the largest counts; inside the body it is climbed to its top.
+(`unbounded`) the samples say how near they lie, and no more: such a place is named, and stress
+within its reach, which does not depend on the mesh, is left out. Of the samples that are left the
+largest counts; inside the body it is climbed to its top.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ import numpy as np
 
 from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
-from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import SINGLE, SUMMED, first_largest
 from .evaluated import Evaluated
 from .peak_places import places_inside
@@ -35,17 +33,11 @@ CLIMBS, FINEST, GRID = 12, 1e-3, np.linspace(-1.0, 1.0, 5)
 twice as wide where the way leads on; it ends with a grid of this share of the first, which is as
 wide as samples are apart. A maximum is flat: its value is right to the square of that. A field
 costs by its calls rather than by its points."""
-NEAR = 0.05
-"""Distance from a place without a bound, over the largest side of the box about the body, up to
-which stress is left out. It is a definition: stress falls from there without an end."""
 SHALLOW = 0.5
 """Distance of stress inside from an element, over half the length of that, up to which it is that
 of the surface: displacements jump from element to element, and the stress that a jump makes falls
 like 1/r. Below the edge of a pressure of 100 on a bolted plate the first principal one was 390, 88,
 40 and 6 at 0.02, 0.1, 0.2 and 0.5, and 19 is the largest on the surface."""
-UPHILL = 0.1
-"""Share by which stress may grow again on a hill. Measured on Example 1 (constant elements of 0.05,
-0.025 and 0.0125): within six elements of the singular corner it grows by up to 0.06."""
 
 
 @dataclass(frozen=True)
@@ -138,19 +130,13 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
     Next to a place without a bound the number only says how near the points lie.
     """
     k = first_largest(stress)
-    reach = hill_reach(solution.meshes[body])
     near = [
         each.sides
         for each in unbounded_places(solution, solution.last)[body]
-        if each.away(points[k : k + 1])[0] < reach
+        if each.leaves_out(points[k : k + 1])[0]
     ]
     where = f", next to {near[0]}, where stress has no bound" if near else ""
     return f"{stress[k]:.4g} at {shown(points[k], 4)}{where}"
-
-
-def hill_reach(mesh: BoundaryMesh) -> float:
-    """Return the distance from a place without a bound up to which stress is left out [length]."""
-    return NEAR * float(np.ptp(mesh.x, axis=0).max())
 
 
 class _Samples:
@@ -165,7 +151,6 @@ class _Samples:
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
         size = float(np.ptp(mesh.x, axis=0).max())
-        self._reach = hill_reach(mesh)
         beyond, foot = located(mesh, self._around(boundary.x), within=sizes(mesh))
         self._element = np.append(element, beyond[beyond >= 0])
         self._states = [boundary, self._fields.on_boundary(beyond[beyond >= 0], foot[beyond >= 0])]
@@ -173,9 +158,6 @@ class _Samples:
             self._states.append(self._fields.at(inside, outside=np.nan))
         self._x = np.vstack([state.x for state in self._states])
         self._beside = self._near_unbounded(self._x)
-        near = [element for place in places for element in place.elements]
-        beside = self._beside[: len(self._element)]
-        self._seeds = np.flatnonzero(np.isin(self._element, near) & beside)
         u, material = self._fields.found.u, self._fields.loaded.body.material
         moved = material.young_modulus * float(np.abs(u).max()) / size
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
@@ -187,10 +169,8 @@ class _Samples:
         values = self._values(key)
         count = len(self._element)
         usable = np.isfinite(values)
-        if usable.any():
-            usable &= ~self._on_hills(values)
-        # peaks of another kind lie on the surface
-        usable[count:] &= ~(self._beside | self._too_near(self._x))[count:]
+        usable &= ~self._beside
+        usable[count:] &= ~self._too_near(self._x[count:])
         for rows in (np.arange(count), np.arange(count, len(values))):
             rows = rows[usable[rows]]
             if len(rows):
@@ -214,8 +194,8 @@ class _Samples:
     def top(self, key: str, peak: StressPeak) -> StressPeak | None:
         """The top near a sample; None where the way up leads inside to a place without a bound.
 
-        On the surface it leads no nearer to such a place than `NEAR`, so that what is found on its
-        hill does not depend on where the samples lie.
+        On the surface it leads no nearer to such a place than its reach, so that what is found does
+        not depend on where the samples lie.
         """
         d, value, place = len(peak.place), peak.value, peak.place
         if value <= self._least:
@@ -248,15 +228,15 @@ class _Samples:
         return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
 
     def _around(self, x: Array) -> Array:
-        """The ends of hills nearest to points (n, d) farther out, where stress may be largest."""
-        way, away = np.zeros_like(x), np.full(len(x), np.inf)
+        """The points just beyond the reach of places without a bound that are nearest to points
+        (n, d) farther out, where stress may be largest."""
+        beyond = [np.zeros((0, x.shape[1]))]
         for place in self._places:
-            closer = place.away(x) < away
-            way[closer] = x[closer] - place.nearest_to(x[closer])
-            away[closer] = np.linalg.norm(way[closer], axis=1)
-        out = (away > self._reach) & (away < 2.0 * self._reach)
-        back = (1.0 + SINGLE) * self._reach / away[out] - 1.0
-        return np.asarray(x[out] + back[:, None] * way[out])
+            away = place.away(x)
+            out = (away > place.reach) & (away < 2.0 * place.reach)
+            share = ((1.0 + SINGLE) * place.reach / away[out])[:, None]
+            beyond.append((1.0 - share) * place.nearest_to(x[out]) + share * x[out])
+        return np.vstack(beyond)
 
     def _too_near(self, x: Array) -> Mask:
         """Which points (q, d) inside are nearer to an element than `SHALLOW` times its size."""
@@ -267,7 +247,7 @@ class _Samples:
         """Which points (q, d) lie next to places without a bound."""
         near = np.zeros(len(x), dtype=bool)
         for place in self._places:
-            near |= place.away(x) < self._reach
+            near |= place.leaves_out(x)
         return near
 
     def _values(self, key: str) -> Array:
@@ -275,22 +255,3 @@ class _Samples:
         values = np.concatenate([getattr(state, key) for state in self._states])
         values = np.where(np.abs(values) < self._least, 0.0, values)
         return np.where(np.isfinite(values), values, -np.inf)
-
-    def _on_hills(self, values: Array) -> Mask:
-        """Which samples lie on the hills of unbounded places: no higher than (1 + `UPHILL`) times
-        the largest at any smaller distance, up to a factor of 2."""
-        reached = np.zeros(len(values), dtype=bool)
-        reached[self._seeds] = True
-        # what elements at such a place say of a stress without a bound is chance
-        finite = np.where(reached | ~np.isfinite(values), np.inf, values)
-        for place in self._places:
-            away = place.away(self._x)
-            rows = np.flatnonzero(away < self._reach)
-            rows = rows[np.argsort(away[rows])]
-            distances = away[rows]  # 0 of a sample on the place itself
-            first = np.searchsorted(distances, 0.5 * distances)
-            end = np.searchsorted(distances, 2.0 * distances, side="right")
-            around = [finite[rows[a:b]].max() for a, b in zip(first, end, strict=True)]
-            least = np.minimum.accumulate(around)
-            reached[rows[values[rows] <= (1.0 + UPHILL) * least]] = True
-        return reached

@@ -17,7 +17,7 @@ from ..fields.boundary.places import located, sizes
 from .corners import corners_of
 from .evaluated import Evaluated
 from .numbers import Key, Number, end_of, stress_name
-from .peaks import FINEST, hill_reach
+from .peaks import FINEST
 from .unbounded import Unbounded, unbounded_places
 
 BESIDE, INSIDE = 4, 0.2
@@ -126,7 +126,7 @@ def _places(
     away = np.linalg.norm(state.x - place, axis=1)
     rival = 2.0 * getattr(state, stress_name(number)) > number.value[0]
     for each in unbounded:
-        rival &= each.away(state.x) > hill_reach(mesh)
+        rival &= ~each.leaves_out(state.x)
         rival &= ~np.isin(element, each.elements)
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
     rows = np.append(beside, np.flatnonzero(rival))

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import meeting, sizes
 from ..linalg.nearest import nearest
@@ -35,6 +35,11 @@ from .corners import corners_of
 from .evaluated import Evaluated
 from .records import PairResult, StepResult
 
+NEAR = 0.05
+"""Distance from a place without a bound, over the largest side of the box about the body, up to
+which stress is left out. It is a definition: stress falls from there without an end. Another corner
+that is a point is nearer to what lies beyond the middle between the two."""
+
 
 @dataclass(frozen=True)
 class Unbounded:
@@ -48,11 +53,14 @@ class Unbounded:
         Elements of the body that meet there; none where a force acts inside.
     sides : str
         The parts that meet there, or what presses there.
+    reach : float
+        Distance from it up to which stress is left out [length].
     """
 
     ends: Array
     elements: tuple[int, ...]
     sides: str
+    reach: float
 
     @property
     def x(self) -> Array:
@@ -69,40 +77,37 @@ class Unbounded:
         """The distances of points (n, d) from the edge, (n,) [length]."""
         return np.asarray(np.linalg.norm(x - self.nearest_to(x), axis=1))
 
+    def leaves_out(self, x: Array) -> Mask:
+        """Which points (n, d) are nearer than its reach."""
+        return np.asarray(self.away(x) < self.reach)
+
 
 def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Unbounded]]:
     """Of each body, after an increment."""
     places: dict[str, list[Unbounded]] = {name: [] for name in solution.meshes}
     bodies = {name: _Body(solution, name, step) for name in solution.meshes}
-    for name, body in bodies.items():
-        for corner, sides in body.corners_and_sides():
-            closed = [side for side in sides if isinstance(side, _Closed)]
-            partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
-            if body.exponent(corner, sides, partner) < 1.0:
-                places[name].append(Unbounded(corner.ends, corner.elements, corner.parts))
-                if partner is None:
-                    continue
-                under = partner.facing(corner.x, closed[0].normal)[2]
-                if under is not None:
-                    x, elements = under
-                    there = _point(x, elements, f"under a corner of {name}")
-                    places[closed[0].partner].append(there)
-    for name, place in itertools.chain(_point_forces(solution, step), _pressing(solution, step)):
-        places[name].append(place)
+    at_corners = (each for body in bodies.values() for each in body.singular(bodies))
+    forces, pressing = _point_forces(solution, step), _pressing(solution, step)
+    for name, ends, elements, sides in itertools.chain(at_corners, forces, pressing):
+        reach = bodies[name].reach(ends.mean(axis=0))
+        places[name].append(Unbounded(ends, elements, sides, reach))
     return places
 
 
-def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbounded]]:
-    """Yield the name of a body and the place of each force that acts at a point of it."""
+Place = tuple[str, Array, tuple[int, ...], str]
+"""The name of a body, and the ends, elements and sides of a place without a bound."""
+
+
+def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[Place]:
+    """Yield the place of each force that acts at a point of a body."""
     for loaded in solution.problem.loaded:
         for each in loaded.forces[step.step - 1]:
             if np.any(each.force):
-                yield loaded.body.name, _point(np.array(each.at), (), "a point force")
+                yield loaded.body.name, np.array([each.at, each.at]), (), "a point force"
 
 
-def _pressing(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbounded]]:
-    """Yield the name of a body and each place where an edge of the other body presses on it, as a
-    jump of the gap shows it."""
+def _pressing(solution: Evaluated, step: StepResult) -> Iterator[Place]:
+    """Yield each place where an edge of the other body presses, as a jump of the gap shows it."""
     interfaces = solution.problem.interfaces
     for side in (each for each in interfaces if each.law.normal == "unilateral"):
         pair, name = step.pairs[side.name], solution.sides[side.name][0]
@@ -113,11 +118,7 @@ def _pressing(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbo
             near = 2.0 * sizes(mesh)[elements].max()  # a jump may lie inside the next element
             if (np.linalg.norm(closed - x, axis=1) < near).any():
                 where = f"{side.part}, under edge {number} of the gap"
-                yield name, _point(x, tuple(elements.tolist()), where)
-
-
-def _point(x: Array, elements: tuple[int, ...], sides: str) -> Unbounded:
-    return Unbounded(np.stack([x, x]), elements, sides)
+                yield name, np.stack([x, x]), tuple(elements.tolist()), where
 
 
 def _exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> float:
@@ -211,6 +212,7 @@ class _Body:
         self._mesh: BoundaryMesh = solution.meshes[name]
         number = list(solution.meshes).index(name)
         self._conditions = solution.problem.loaded[number].conditions[step.step - 1]
+        self._name = name
         self.kappa = 3.0 - 4.0 * solution.problem.body[number].material.plane_strain_ratio
         self._corners = corners_of(self._mesh)
         self._pair = np.full(self._mesh.n_nodes, -1)
@@ -234,9 +236,26 @@ class _Body:
             stiffer = moduli[partner] / moduli[name] if partner in moduli else 1e6
             self._pairs.append((pair, partner if partner in moduli else "", stiffer))
 
-    def corners_and_sides(self) -> Iterator[tuple[_Corner, Sides]]:
-        """Each corner with what its two sides do."""
-        return map(self._corner_and_sides, range(len(self._corners.x)))
+    def singular(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
+        """Yield its corners that have no bound, and what they press on smooth sides of others."""
+        for number in range(len(self._corners.x)):
+            corner, sides = self._corner_and_sides(number)
+            closed = [side for side in sides if isinstance(side, _Closed)]
+            partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
+            if self.exponent(corner, sides, partner) < 1.0:
+                yield self._name, corner.ends, corner.elements, corner.parts
+                under = partner and partner.facing(corner.x, closed[0].normal)[2]
+                if under:
+                    x, elements = under
+                    where = f"under a corner of {self._name}"
+                    yield closed[0].partner, np.stack([x, x]), elements, where
+
+    def reach(self, x: Array) -> float:
+        """The distance from a place without a bound up to which stress is left out [length]."""
+        ends, size = self._corners.ends, float(np.ptp(self._mesh.x, axis=0).max())
+        apart = np.linalg.norm(ends[(ends[:, 0] == ends[:, 1]).all(axis=1), 0] - x, axis=1)
+        nearest_corner = float(apart[apart > SINGLE * size].min(initial=np.inf))
+        return min(NEAR * size, 0.5 * nearest_corner)
 
     def _corner_and_sides(self, number: int) -> tuple[_Corner, Sides]:
         """Return a corner by its number with what its two sides do."""

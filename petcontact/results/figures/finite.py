@@ -12,8 +12,7 @@ from ...arrays import Array, Mask
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...round_off import SOLVED
 from ..data import SolutionData
-from ..peaks import NEAR
-from ..unbounded import Unbounded, unbounded_places
+from ..unbounded import NEAR, Unbounded, unbounded_places
 
 ABOVE = 0.5
 """Of an axis that ends below the largest value, over the values that it shows away from corners:
