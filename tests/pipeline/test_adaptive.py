@@ -12,8 +12,8 @@ from contact_lines import line_of
 from examples import example
 from shapes import elastic, problem, rectangle, solid, touching
 
-from petcontact import Circle, Polygon, SideBySide, adapt
-from petcontact.mesh.hp_grading import Grading, Marks, graded_mesh
+from petcontact import Polygon, adapt
+from petcontact.mesh.hp_grading import Grading, graded_mesh
 from petcontact.pipeline.adapt.slip_ladder import (
     Slip,
     estimated_error,
@@ -152,19 +152,6 @@ def test_a_stick_zone_too_narrow_to_be_seen_is_the_point_where_slip_changes_its_
     first, last = (transition(line, int(k)) for k in line.cuts)
     assert last < first
     assert grading_points(line) == [(pytest.approx(0.97), True)]
-
-
-@pytest.mark.parametrize("thickness", [0.1, 0.05, 0.02])
-def test_elements_of_thin_rings_are_cut_until_they_are_as_short_as_the_ring_is_thick(thickness):
-    """But for a factor of 3; the few points of a coarse circle are farther away than it is."""
-    halves = ({"part": k, "to": (x, 0), "through": (0, -x)} for k, x in (("low", 1), ("high", -1)))
-    hole = Circle(part="hole", center=(0, 0), radius=1.0 - thickness)
-    outline = SideBySide(loops=(tuple(halves), hole)).outline()
-    sizes = [[0.01, np.inf], [np.inf, 0.01]] * 2 + [[np.inf, np.inf]] * 4
-    ends = [np.array([0.0, side.length]) for side in outline.sides]
-    marks = [Marks(*pair) for pair in zip(ends, map(np.array, sizes), strict=True)]
-    mesh = graded_mesh(outline, marks, Grading(2, 0.3), [1.5 * thickness] * 4 + [np.inf] * 4)
-    assert 1.0 < slenderness(mesh).max() < 4.0
 
 
 def test_elements_of_a_sharp_wedge_are_no_longer_than_it_is_thick_behind_them():

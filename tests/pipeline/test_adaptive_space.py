@@ -11,14 +11,12 @@ from marks import slow
 from prepared import compressed_from
 from shapes import cuboid, moved, problem, solid, touching
 
-from petcontact import InputError, Problem, adapt, solve
+from petcontact import Problem, adapt, solve
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt import budget, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
-from petcontact.pipeline.adapt.surfaces import PanelTails
 from petcontact.pipeline.pose.interfaces import body_alone
-from petcontact.refinement.panels.marks import largest
 
 
 def hertz():
@@ -78,21 +76,6 @@ def test_compressed_operators_have_the_digits_that_are_asked_for_and_more_where_
     solution = adapt(parse(Problem, data, "hertz"), 0.15)
     assert [text.split()[2] for text in made][:3] == meshes
     assert solution.status == ("failed" if given else "converged")
-
-
-def test_the_fewest_panels_that_make_up_a_share_of_the_error_are_marked():
-    square = np.array([1.0, 5.0, 2.0, 2.0])
-    assert largest(square, 0.5).tolist() == [False, True, False, False]
-    assert largest(square, 0.6).tolist() == [False, True, True, True]
-    assert not largest(np.zeros(3), 0.5).any()
-
-
-def test_an_accuracy_beside_a_mesh_is_refused():
-    data = hertz()
-    data["body"][0]["mesh"] = {"element_size": 0.5, "accuracy": 1e-2}
-    with pytest.raises(InputError, match=r"mesh\.accuracy: is for adaptive meshes"):
-        solve(parse(Problem, data, "hertz"))
-    assert PanelTails(parse(Problem, hertz(), "hertz")).estimate == np.inf
 
 
 def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):

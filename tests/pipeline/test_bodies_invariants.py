@@ -8,9 +8,9 @@ import functools
 import numpy as np
 import pytest
 from problems import block, contact_pair, load_step, obstacle, posed
-from shapes import cuboid, moved, problem, rectangle, solid, touching
+from shapes import moved, problem, rectangle, solid, touching
 
-from petcontact import InputError, solve
+from petcontact import solve
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -64,24 +64,6 @@ primary = "stamp"
 LAW
 """
 )
-
-
-@pytest.mark.parametrize(
-    "second",
-    [
-        'secondary = "base.top"\nprimary = "stamp"',
-        'secondary = "lid.bottom"\nprimary = "base.top"',
-        'secondary = "base.top"\nprimary = "lid.bottom"',
-    ],
-)
-def test_a_couple_is_stated_once(second):
-    first = '[[contact]]\nname = "first"\nsecondary = "base.top"\nprimary = "lid.bottom"\n'
-    text = block("lid", [-1, 0], [1, 1], 500.0) + STAMP.replace("LAW", "") + first
-    text += f'[[contact]]\nname = "again"\n{second}\n'
-    with pytest.raises(
-        InputError, match=r"contact\[2\]: .* are in contact already, as '(first|foot)'"
-    ):
-        posed(text)
 
 
 @pytest.mark.parametrize("law", ['normal = "bonded"', "friction_coefficient = 0.9"])
@@ -162,19 +144,3 @@ def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction):
             assert not traction[body.x[:, 1] > 1.0].any()
     assert solution.converged and pressed["disc"] == pytest.approx([0.0, 0.03], abs=1e-6)
     assert pressed["block"] == pytest.approx(-pressed["disc"], abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("shape", "at"),
-    [
-        (rectangle([0.0, 0.0], [2.0, 1.0]), [1.0, 0.0]),
-        (cuboid([0.0, 0.0, 0.0], [1.0, 1.0, 1.0]), [0.5, 0.5, 1.2]),
-    ],
-)
-def test_a_point_force_beside_its_body_is_refused(shape, at):
-    """Outside of it the field would be that of a body that has no such load."""
-    force = {"at": at, "force": [1.0] * len(at)}
-    mesh = {"element_size": 0.5, "order": 1}
-    body = solid("block", shape, moved("bottom", [0.0] * len(at)), mesh=mesh, point_force=[force])
-    with pytest.raises(InputError, match=r"point_force\[0\].at: .* does not lie inside the body"):
-        solve(problem(body=[body]))

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from petcontact import InputError, load, read_result, solve
+from petcontact import load, read_result, solve
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.rho_rules import SelfAdaptive
 from petcontact.pipeline.pose.discretise import discretise
@@ -109,10 +109,6 @@ def compressed_operators(kind, tmp_path):
     assert_alike(kind, solution, 1e-5, solve(posed(kind, **mesh)))
 
 
-def full_formulation(kind, tmp_path):
-    solve(posed(kind, method__formulation="full", method__rule="modified"))
-
-
 def wear_over_cycles(kind, tmp_path):
     """What it opens is a gap; a part that is pressed and never drawn along does not wear."""
     cycle = {"first": "push", "last": "release", "count": 8}
@@ -131,10 +127,6 @@ MEMBERS = [(capability, kind) for kind in KINDS for capability in ALL]
 MEMBERS += [(compressed_operators, "space"), (wear_over_cycles, "space")]
 QUICK = {(capability, kind) for capability, kind in MEMBERS if kind != "space"}
 QUICK |= {(monitor_that_ends_the_solve, "space")}
-REFUSED = {
-    full_formulation: '"full" is the paper\'s, for one body that is held',
-    compressed_operators: 'compresses boundaries of plane bodies; choose "auto" or "dense"',
-}
 
 
 @pytest.mark.parametrize(
@@ -150,11 +142,3 @@ REFUSED = {
 )
 def test_every_kind_of_problem(capability, kind, tmp_path):
     capability(kind, tmp_path)
-
-
-@pytest.mark.parametrize("kind", ["axial", "torsion"])
-@pytest.mark.parametrize("capability", REFUSED, ids=lambda each: each.__name__)
-def test_what_is_yet_to_come_is_refused(capability, kind, tmp_path):
-    with pytest.raises(InputError, match=REFUSED[capability]) as caught:
-        capability(kind, tmp_path)
-    assert "\n" not in str(caught.value)

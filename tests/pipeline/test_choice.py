@@ -3,23 +3,19 @@ wrong."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from prepared import compressed_from
 
-from petcontact import Bem, Circle, MeshOptions, Problem, Rectangle, SideBySide, load, solve
+from petcontact import Bem, Circle, MeshOptions, Problem, Rectangle, SideBySide, solve
 from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.errors import SolverError
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.pipeline import choice
-from petcontact.refinement.meshes import mesh_of
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
-BLOCK = Path(__file__).parents[2] / "configs" / "space_a.toml"
 BOX = Rectangle(lower_left=(0, 0), upper_right=(8, 4))
 SIDES = [
     {"part": name, "to": to}
@@ -97,19 +93,6 @@ def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
     assert "dense" in solve(small, comm=comm).provenance.solver
     with pytest.raises(SolverError):
         solve(small.model_copy(update={"bem": Bem(mat_type="hodlr")}), comm=comm)
-
-
-def test_surfaces_are_compressed_by_predicted_cost():
-    """A break-even, below which all are dense and above which none is, where both cost about the
-    same."""
-    sizes = (1.8, 1.4, 1.2, 1.0, 0.9, 0.8)
-    blocks = [load(BLOCK, {"mesh.element_size": size}) for size in sizes]
-    meshes = [mesh_of(block.body[0], block.outline()) for block in blocks]
-    taken = [choice.compression_of(Bem(), mesh) is not None for mesh in meshes]
-    assert taken == sorted(taken) and not taken[0] and taken[-1]
-    first = meshes[taken.index(True)]
-    dense, compressed = choice.dense_seconds(first), choice.COMPRESSIONS["hmatrix"].seconds(first)
-    assert 1.0 < dense / compressed < 3.0 and 900 < first.n_nodes < 1700
 
 
 MEASURED = [

@@ -13,7 +13,6 @@ from petcontact.geometry.round_surfaces import CylinderSurface
 from petcontact.mesh.panelling import round_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt.other_orders import other_order, whole_error
-from petcontact.pipeline.pose.discretise import discretise
 from petcontact.results.evaluated import displacement_scale
 
 
@@ -90,9 +89,3 @@ def test_curved_sides_lie_twice_as_far_off_an_arc(size):
             for nodes in (each.nodes_of("side"),)
         ]
         assert 0.0 < off[0] < 1e-3 and off[1] == pytest.approx(share * off[0], abs=0.3 * off[0])
-
-
-def test_flat_panels_stay():
-    (mesh,) = discretise(block(2, 0.5)).meshes
-    below = other_order(mesh, mesh.part == 0, -1, 1.0)
-    assert np.array_equal(below.corners, mesh.corners) and np.all(np.isnan(below.middles))

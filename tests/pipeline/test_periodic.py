@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, elastic, moved, problem, rectangle, rollers, solid, touching
+from shapes import drawn, elastic, moved, problem, rectangle, rollers, solid, touching
 
-from petcontact import InputError, read_result, solve
+from petcontact import read_result, solve
 from petcontact.model.case import parse_problem
 from petcontact.reference.hertz import contact_modulus
 from petcontact.reference.westergaard import WavyContact
@@ -98,45 +98,3 @@ def test_two_layers():
     # the lower pair moves by nothing but round-off, beside which its own tractions are no measure
     # of it
     assert solution.last.residuals["normal"] < 1e-6
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"boundary__1__partner": "rigth"}, "no part 'rigth', did you mean 'right'?"),
-        (
-            {"boundary__1__partner": "bottom"},
-            "'bottom' of body 'body' has a boundary condition already",
-        ),
-        (
-            {"boundary__1__partner": "bottom", "boundary__0__part": "right"},
-            "part 'bottom' is not part 'left' moved along",
-        ),
-        ({"boundary__1__jump": [1.0, 2.0, 3.0]}, "boundary[1].jump"),
-        (
-            {"step": [{"boundary": [{"part": "left", "value": ["x", 0.0]}]}]},
-            "is periodic, give its jump, two numbers",
-        ),
-    ],
-)
-def test_refused(changes, said):
-    with pytest.raises(InputError) as caught:
-        solve(waves(0.5, **changes))
-    assert said in str(caught.value) and "\n" not in str(caught.value)
-
-
-def test_boxes_are_refused():
-    box = cuboid([0.0, 0.0, 0.0], [1.0, 1.0, 1.0])
-    rest = [{"part": part, "condition": "symmetry"} for part in ("bottom", "front", "back")]
-    with pytest.raises(InputError, match="periodic sides are those of plane bodies"):
-        solve(
-            waves(
-                0.5,
-                geometry=box,
-                boundary=[*rest, SIDES],
-                contact__0__gap="x",
-                mesh={"element_size": 1.0},
-                obstacle__0__displacement=[0.0, 0.0, "free"],
-                obstacle__0__force=[0.0, 0.0, -1.0],
-            )
-        )

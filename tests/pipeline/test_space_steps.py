@@ -10,11 +10,10 @@ import meshio
 import numpy as np
 import pytest
 import scipy
-from shapes import closing, cuboid, drawn, elastic, moved, rectangle, solid, touching
+from shapes import closing, cuboid, drawn, elastic, moved, solid, touching
 
 from petcontact import solve
 from petcontact.contact.laws import SignoriniCoulomb
-from petcontact.errors import InputError
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.case import load, parse_problem
@@ -188,56 +187,6 @@ def test_a_turned_body_has_a_turned_answer(tmp_path):
                 getattr(other.obstacles["ball"], key),
                 atol=1e-7,
             )
-
-
-@pytest.mark.parametrize(
-    ("text", "changes", "message"),
-    [
-        (
-            PUNCHED,
-            {"obstacle__0__rotation": 0.1},
-            "obstacle 'ball': rotation: needs 3 components here, got 0.1",
-        ),
-        (PUNCHED, {"obstacle__0__centre": [0.0, 0.0]}, "centre: needs 3 components"),
-        (
-            PUNCHED,
-            {"contact__0__direction": [0.0, 1.0]},
-            r"contact\[0\].direction: the body has 3 dimensions",
-        ),
-        (
-            PUNCHED,
-            {"contact__0__direction": [0.0, 0.6, -0.8]},
-            r"contact\[0\].direction: must point out of part 'top'",
-        ),
-        (PUNCHED, {"contact__0__gap": "s"}, "unknown name 's'"),
-        (
-            PUNCHED,
-            {"contact__0__friction_coefficient": "z - 1"},
-            "must be >= 0, is -1 at x = .*, y = .*, z = 0",
-        ),
-        (
-            STACK,
-            {"body__0__boundary__0__value": [0.0, 0.0]},
-            "body 'base': bottom.*: the body has 3 dimensions, got 2",
-        ),
-        (STACK, {"body__1__geometry": rectangle([0.0, 0.0], [1.0, 1.0])}, "has 2 dimensions"),
-        (
-            STACK,
-            {"body__1__point_force": [{"at": [1.0, 1.0], "force": [0.0, 0.0, 1.0]}]},
-            "at: the body has 3 dimensions",
-        ),
-        (
-            BLOCK,
-            {"step__1__boundary__0__value": [0.1, 0.2]},
-            "the body has 3 dimensions, got 2 components|has 3 components",
-        ),
-        (BLOCK, {"mesh__levels": 3}, "mesh.levels: is for plane bodies"),
-    ],
-)
-def test_bad_input_is_one_line(text, changes, message):
-    with pytest.raises(InputError, match=message) as caught:
-        solved(text, **changes)
-    assert "\n" not in str(caught.value)
 
 
 def test_meshes_that_do_not_match_are_told(tmp_path):

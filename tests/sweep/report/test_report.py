@@ -126,22 +126,6 @@ def test_any_coordinates_down_and_across_average_the_rest(table):
         make_tables(table, ["colour"])
 
 
-def test_any_quantity_in_the_cells_and_as_a_coordinate(table):
-    (means,) = make_tables(table, ["problem"], ["element_size"], ["max_u_t"])
-    values = table.numbers("max_u_t")
-    problem = np.array(table.values("problem"))
-    h = table.numbers("element_size")
-    expected = np.nanmean(values[(problem == "example1") & (h == 0.2)])
-    assert means.cells[("example1",), (0.2,)].ours == pytest.approx(expected, rel=1e-14)
-    assert means.text(("example1",), (0.2,)) == f"{expected:.5g}"
-    (by_status,) = make_tables(table, ["status"], ["problem"])
-    assert [row[0] for row in by_status.rows] == ["converged", "failed", "missing"]
-    with pytest.raises(InputError, match="rule: holds texts"):
-        make_tables(table, ["problem"], [], ["rule"])
-    with pytest.raises(InputError, match="neither a coordinate nor a quantity"):
-        make_tables(table, ["problem"], [], ["digest"])
-
-
 def test_cells():
     good, bad = "converged", "not converged"
     assert cell((None, 10, good), (None, 11, good)) == "10.5"

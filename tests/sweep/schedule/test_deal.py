@@ -90,15 +90,6 @@ def test_teams_end_near_together_though_costs_are_wrong_by_half(tmp_path):
     assert clocks.max() < 1.05 * clocks.mean()
 
 
-def test_a_few_cases_go_to_all_teams_however_cheap_they_seem(tmp_path):
-    """What a case costs may be a thousand times what its mesh suggests: load steps are not
-    counted."""
-    case, prepare = [1e-3] * 8, [1e-3] * 8
-    parts, group = parts_of([1] * 8, case, prepare, 4)
-    batches, _ = dealt_out(tmp_path, parts, group, case, prepare, 4)
-    assert [sum(map(len, some)) for some in batches] == [2] * 4
-
-
 def test_the_progress_line_counts_what_is_on_the_disk(tmp_path):
     counters = Counters(tmp_path)
     progress = Progress(counters, 8, enabled=False)
