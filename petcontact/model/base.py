@@ -343,13 +343,12 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
         if isinstance(loc[-1], int):
             return f"{_key(loc[:-1], data)}: has {loc[-1]} entries, too few"
         return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
-    message = (
-        str(context["error"]) if kind == "value_error" else _allowed(kind, str(mistake["msg"]))
-    )
+    message = str(context["error"]) if kind == "value_error" else _allowed(str(mistake["msg"]))
+    key = _key(loc, data)
     # a model's own check names its values itself
     if not (kind == "value_error" and isinstance(mistake["input"], dict)):
-        message += given + _meant(kind, mistake["input"], context)
-    return ": ".join(filter(None, [_key(loc, data), message]))
+        message += given + _meant(mistake, message, re.sub(r"\[\d+\]", "", key))
+    return ": ".join(filter(None, [key, message]))
 
 
 def _instead(cls: type, loc: list[Any]) -> str:
@@ -360,27 +359,27 @@ def _instead(cls: type, loc: list[Any]) -> str:
     return where or f"; valid keys: {', '.join(keys)}"
 
 
-def _meant(kind: str, given: Any, context: dict[str, Any]) -> str:
+def _meant(mistake: Any, message: str, table: str) -> str:
     """What a value that is not allowed most often means."""
+    kind, given, context = mistake["type"], mistake["input"], mistake.get("ctx", {})
     if kind == "literal_error":
         words = context["expected"].replace(" or ", ", ").replace("'", "")
         return nearest(given, words.split(", "))
-    if kind == "tuple_type" and _is_number(given):
-        return f"; in brackets, a value for each component: [{_shown(given)}, 0.0]"
+    if message == "must be a table" and isinstance(given, list):
+        return f"; in single brackets, [{table}]"
+    if message == "must be an array":
+        double = f"double brackets, [[{table}]], each time"
+        return f"; in {double if isinstance(given, dict) else f'brackets: [{_shown(given)}, ...]'}"
     if kind == "too_long" and all(isinstance(each, int) for each in given):
         return "; a number has a decimal point, not a comma"
     refused = unit_refused(given) if kind == "float_type" and isinstance(given, str) else ""
     return f"; {refused}" if refused else ""
 
 
-def _allowed(kind: str, message: str) -> str:
+def _allowed(message: str) -> str:
     """Pydantic's message in the words of a TOML file."""
-    tables = {"model_type", "model_attributes_type", "dict_type"}
-    arrays = {"tuple_type", "list_type"}
-    if kind in tables | arrays:
-        return "must be a table" if kind in tables else "must be an array"
     for theirs, ours in _WORDS:
-        message = message.replace(theirs, ours)
+        message = re.sub(theirs, ours, message)
     return re.sub(r"\d{16,}", lambda digits: f"{float(digits[0]):g}", message)
 
 
@@ -388,6 +387,8 @@ _WORDS = (
     ("Input should be", "must be"),
     ("should have", "must have"),
     (" after validation", ""),
+    ("a valid dictionary.*", "a table"),
+    ("a valid (tuple|list)", "an array"),
     ("a valid integer", "an integer"),
     ("valid ", ""),
     ("Tuple", "array"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,29 +22,45 @@ DEEPEST = 16
 their square."""
 TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 """Strings and comments of TOML."""
-DECIMAL_COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)")
-NO_QUOTES = re.compile(r"=\s*(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w.-]*)")
+MEANT = (
+    (r"=\s*([-+]?\d+),(\d+)", "a decimal point, not a comma: {}.{}"),
+    (r"=\s*([-+]?[\d.]+)\s+[A-Za-zµ°%]", "a number has no unit here: {}; [units] names units"),
+    (
+        r"=\s*(?:\[(?:[^]]*,)?\s*)?(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w.-]*)",
+        'a text needs quotes: "{}"',
+    ),
+    ("Unclosed", "a bracket before this line is not closed"),
+    (
+        r"(?:twice|overwrite).*: \[([^][]+)\]",
+        "a table that stands several times is [[{}]] each time",
+    ),
+)
+"""What a line that is no TOML most often means: a pattern of the error and the line, and a text."""
 LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """The plain content of a TOML file.
+def read_toml(path: str | Path, own: Sequence[str] = ("material", "body")) -> dict[str, Any]:
+    """The plain content of a TOML file, of a problem where no other keys are its own.
 
     Raises
     ------
     InputError
-        If the file cannot be read or is not TOML; one line that names it.
+        If the file cannot be read, is not TOML, or has keys of another kind of file; one line
+        that names it.
     """
     try:
         with open(
             path, "rb"
         ) as file:  # on the command line a pipe will do: `petcontact solve <(...)`
             content = file.read(LARGEST_FILE + 1)
-        if kind := known_kind(path, ".toml"):
+        if kind := known_kind(path, [".toml"]):
             raise InputError(f"{path}: {kind}")
         if len(content) > LARGEST_FILE:
             raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
-        return parse_toml(content.decode("utf-8-sig"), f"{path}")
+        data = parse_toml(content.decode("utf-8-sig"), f"{path}")
+        if kind := known_kind(path, [".toml", *own], data):
+            raise InputError(f"{path}: {kind}")
+        return data
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
@@ -84,12 +100,9 @@ def _reason(text: str, error: Exception) -> str:
     if not place:
         return f"({str(error) or 'nested too deeply'})"
     line = text.splitlines()[int(place[1]) - 1].strip()[:60]
-    comma = DECIMAL_COMMA.search(line)
-    hint = f"; a decimal point, not a comma: {comma[1]}.{comma[2]}" if comma else ""
-    bare = NO_QUOTES.search(TEXT.sub('""', line)) if not hint else None
-    hint = f'; a text needs quotes: "{bare[1]}"' if bare else hint
-    if line.startswith("[") and "overwrite" in str(error):
-        hint = f"; a table that stands several times is [[{line.strip('[] ')}]] each time"
+    plain = TEXT.sub('""', f"({error}): {line}")
+    matches = ((re.search(pattern, plain), text) for pattern, text in MEANT)
+    hint = next((f"; {text.format(*match.groups())}" for match, text in matches if match), "")
     return f"({error}): {line!r}{hint}"
 
 

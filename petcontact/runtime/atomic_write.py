@@ -53,12 +53,10 @@ def check_target(
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: is not a file, and cannot be replaced by one")
         if path.exists() and not replace:
-            raise InputError(
-                f"{path}: exists already; --force replaces it, -o FILE.h5 names another"
-            )
+            raise InputError(f"{path}: exists already; --force replaces it, or name another")
         for source in inputs:
             if path.exists() and Path(source).exists() and path.samefile(source):
-                raise InputError(f"{path}: is what is read; -o FILE.h5 names another")
+                raise InputError(f"{path}: is what is read; name another")
         with tempfile.TemporaryFile(dir=os.path.realpath(path.parent)):
             pass
     except OSError as error:

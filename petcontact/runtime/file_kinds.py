@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
+CONFIG = "a config; solve it first: petcontact solve {path}"
 CAD = "a CAD file; name it in a config: [geometry] shape = 'gmsh', file = '{name}'"
 KINDS = {
     **dict.fromkeys((".step", ".stp", ".iges", ".igs", ".brep"), CAD),
     ".msh": "a Gmsh file; name it in a config: [geometry] shape = 'gmsh', file = '{name}'",
     ".h5": "a result file; `petcontact plot {path}` draws it",
-    ".toml": "a config; solve it first: petcontact solve {path}",
+    **dict.fromkeys((".toml", "material", "body"), CONFIG),
+    "problems": "a sweep; solve its cases: petcontact sweep {path}",
 }
-"""What suffixes stand for, and the step that leads on."""
+"""What suffixes and keys of TOML files stand for, and the step that leads on."""
 
 
-def known_kind(path: str | Path, wanted: str) -> str | None:
-    """What a file is by its suffix where that is not the wanted one, None where nothing is known.
+def known_kind(path: str | Path, wanted: Iterable[str], keys: Iterable[str] = ()) -> str | None:
+    """What a file is by its suffix and keys where none is wanted, None where nothing is known.
 
     Examples
     --------
-    >>> known_kind("block.toml", ".h5")
+    >>> known_kind("block.toml", [".h5"])
     'a config; solve it first: petcontact solve block.toml'
     """
-    suffix = Path(path).suffix.lower()
-    if suffix == wanted or suffix not in KINDS:
-        return None
-    return KINDS[suffix].format(path=path, name=Path(path).name)
+    for word in (Path(path).suffix.lower(), *keys):
+        if word in KINDS and word not in wanted:
+            return KINDS[word].format(path=path, name=Path(path).name)
+    return None

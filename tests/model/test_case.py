@@ -71,7 +71,7 @@ TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": 
         ("boundary.1.value", [0.0] * 4, "boundary[1].value: array must have at most 3 items"),
         ("boundary.1.value", [0.0, float("inf")], f"boundary[1].value[1]: {FINITE} or an"),
         ("boundary.1.value", "free", "boundary[1].value: must be an array, got 'free'"),
-        ("boundary.1.value", 4.0, "a value for each component: [4.0, 0.0]"),
+        ("boundary.1.value", 4.0, "in brackets: [4.0, ...]"),
         ("boundary.2.pressure", 3.0, "either value = [tx, ty] or pressure = p, got both"),
         ("boundary.0.gap", 0.1, "boundary[0]: normal: this key is required beside a gap or"),
         ("boundary", [1], "boundary[0]: must be a table, got 1"),
@@ -136,8 +136,13 @@ def test_the_same_lines_from_python(build, wanted):
         (b"\x00", "not valid TOML"),
         (b"title = ", "not valid TOML"),
         (b"a = 1\na = 2", "not valid TOML"),
-        (b"a = box", 'a text needs quotes: "box"'),
-        (b"[a]\nb = 1\n[[a]]\nb = 2", r"is \[\[a\]\] each time"),
+        (b"a = [1, box]", 'a text needs quotes: "box"'),
+        (b"[a]\nb = 1\n[a]\nb = 2", r"is \[\[a\]\] each time"),
+        (b"a = 210 GPa", "a number has no unit here: 210"),
+        (b"a = [1, 2\n[b]", "a bracket before this line is not closed"),
+        (b"[boundary]", r"in double brackets, \[\[boundary\]\], each time"),
+        (b"[[material]]", r"in single brackets, \[material\]"),
+        (b"problems = []", "a sweep; solve its cases"),
         (b"[material]\nyoung_modulus = 0,3 # N", "'young_modulus = 0,3 # N'; .* comma: 0.3"),
         (
             b'[[boundary]]\npart = "a"\ncondition = "traction"\nvalue = [4,5, 0,0]',
@@ -147,7 +152,7 @@ def test_the_same_lines_from_python(build, wanted):
         (b"x = " + b"9" * 10_000, "not valid TOML"),
         (b"#" * 4_000_001, "larger than"),
     ],
-    ids=range(12),
+    ids=range(17),
 )
 def test_files_that_are_no_config(content, wanted, tmp_path):
     path = tmp_path / "c.toml"

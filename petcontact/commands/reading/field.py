@@ -254,7 +254,7 @@ def read_points(path: str, dim: int) -> Any:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(
-            f"{path}: {error.strerror if isinstance(error, OSError) else 'not text'}"
+            f"--points {path}: {error.strerror if isinstance(error, OSError) else 'not text'}"
         ) from None
     points = []
     for number, line in enumerate(lines, 1):

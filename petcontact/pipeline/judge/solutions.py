@@ -25,6 +25,8 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
     results, tried = solution.steps, solution.tried
     findings = [
         *problem.discrete.findings,
+        *_open(results),
+        *_far(problem.discrete),
         *problem.discrete.of_meshes,
         *(
             finding
@@ -36,8 +38,6 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
         *_jammed(problem, results),
         *_unlike(problem, results),
         *unusual(problem.discrete, results),
-        *_open(results),
-        *_far(problem.discrete),
         *suspicious(problem.discrete, solution),
     ]
     return list({str(finding): finding for finding in findings}.values())

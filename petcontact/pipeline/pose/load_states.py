@@ -236,7 +236,8 @@ def check_components(key: str, value: Sequence[object] | Array, d: int) -> None:
     if len(value) != d:
         given = ", ".join(str(each) for each in value)
         raise InputError(
-            f"{key}: the body has {d} dimensions, got {len(value)} components, [{given}]"
+            f"{key}: the body has {d} dimensions, got {len(value)} components, [{given}]; "
+            "a comma is between two of them, a decimal has a point"
         )
 
 

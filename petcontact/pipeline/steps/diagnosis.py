@@ -188,7 +188,7 @@ def unheld(increment: Increment, where: str = "") -> str:
     name, way = _pushed(increment, push)
     return (
         f"no equilibrium{where}: {name} cannot be held: the load {way} beyond what contact and "
-        "friction allow; give it a displacement, or press it on its contact"
+        "friction allow; give it a displacement or friction, or press it on its contact"
     )
 
 

@@ -41,7 +41,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
     try:
         if not Path(path).is_file():
             raise ResultError(f"{path}: no such file")
-        if kind := known_kind(path, ".h5"):
+        if kind := known_kind(path, [".h5"]):
             raise ResultError(f"{path}: {kind}")
         _check_seal(Path(path))
         with h5py.File(path, "r") as file:

@@ -142,7 +142,7 @@ class SweepFile(Model):
 def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[str, Any]]]:
     """Name and plain content of a sweep file, and the plain content of its problem files by path;
     all that it needs."""
-    data = read_toml(path)
+    data = read_toml(path, ("problems",))
     file: SweepFile = parse(SweepFile, data, str(path))
     folder = Path(path).parent
     paths = [str(folder / name) for name in file.problems]
