@@ -39,24 +39,16 @@ from petcontact.runtime.signals import Interrupted
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
-ROOT = Path(__file__).parents[2]
+CONFIGS = Path(__file__).parents[2] / "configs"
+SIZE = "mesh.element_size=0.5"
 COARSE = MeshOptions(element_size=0.5)
 # ρ far too small and fixed: hundreds of thousands of iterations
-ENDLESS = [
-    word
-    for key in (
-        "mesh.element_size=0.5",
-        "method.rule=fixed",
-        "method.rho=1e-6",
-        "method.max_iterations=1000000000",
-        "method.tolerance=1e-15",
-    )
-    for word in ("--set", key)
-]
+ENDLESS = f"""--set {SIZE} --set method.rule=fixed --set method.rho=1e-6
+--set method.max_iterations=1000000000 --set method.tolerance=1e-15 --no-figures -ksp_monitor""".split()
 
 
 def start(folder, *words, program=(), **keywords):
-    (folder / "case.toml").write_text((ROOT / "configs" / "example1.toml").read_text())
+    (folder / "case.toml").write_text((CONFIGS / "example1.toml").read_text())
     return subprocess.Popen(
         [*(program or [forked.program()]), "solve", "case.toml", *words],
         cwd=folder,
@@ -78,13 +70,7 @@ def wait_for_iterations(job):
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGHUP, 129)])
 def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
     # tests that run under nohup hand on that hang-ups are ignored, as they then are
-    job = start(
-        tmp_path,
-        *ENDLESS,
-        "--no-figures",
-        "-ksp_monitor",
-        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
-    )
+    job = start(tmp_path, *ENDLESS, preexec_fn=lambda: signal.signal(number, signal.SIG_DFL))
     wait_for_iterations(job)
     job.send_signal(number)
     out, err = job.communicate(timeout=300)
@@ -136,6 +122,14 @@ def signals(monkeypatch, module, where, before=lambda: True, ends=False):
     monkeypatch.setattr(module, where, signalled)
 
 
+def interrupted(folder, monkeypatch, capsys, config, *words):
+    """The result of a solve that a signal ends, and what is said of it."""
+    monkeypatch.chdir(folder)
+    settings = [word for setting in words for word in ("--set", setting)]
+    assert main(["solve", str(config), "-o", "r.h5", "--no-figures", *settings]) == 143
+    return read_result("r.h5"), capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("module", "where"), [(load_steps, "step_result"), (solutions, "verdict")])
 def test_a_signal_after_the_iteration_keeps_the_solution(
     tmp_path, monkeypatch, capsys, module, where
@@ -146,29 +140,19 @@ def test_a_signal_after_the_iteration_keeps_the_solution(
         signals(patch, module, where)
         if module is load_steps:
             patch.setattr(data, "with_errors", lambda _: pytest.fail("numbers"))
-        patch.chdir(tmp_path)
-        given = "--set", "mesh.element_size=0.5", "--no-figures"
-        assert main(["solve", str(ROOT / "configs" / "example1.toml"), *given]) == 143
-    assert "interrupted by SIGTERM; the solution is saved in example1.h5" in capsys.readouterr().err
-    kept = read_result(tmp_path / "example1.h5")
+        kept, said = interrupted(tmp_path, patch, capsys, CONFIGS / "example1.toml", SIZE)
+    assert "interrupted by SIGTERM; the solution is saved in r.h5" in said
     assert kept.converged and kept.numbers
-
-
-FRETTING = [
-    *("solve", str(ROOT / "configs" / "fretting.toml"), "--no-figures"),
-    *("--set", "body.0.mesh={element_size=0.5}", "--set", "body.1.mesh={element_size=0.5}"),
-    *("--set", "step.2.increments=2", "--set", "step.3.increments=2"),
-]
 
 
 def test_a_signal_breaks_off_another_path(tmp_path, monkeypatch, capsys):
     """Of which nothing is kept: the solution is there, and its error of the path is not known."""
-
     signals(monkeypatch, paths, "increments", ends=True)
-    monkeypatch.chdir(tmp_path)
-    assert main([*FRETTING, "-o", "r.h5"]) == 143
-    assert "interrupted by SIGTERM; the solution is saved in r.h5" in capsys.readouterr().err
-    assert read_result(tmp_path / "r.h5").converged
+    coarse = [f"body.{b}.mesh={{element_size=0.5}}" for b in (0, 1)]
+    few = [f"step.{k}.increments=2" for k in (2, 3)]
+    config = CONFIGS / "fretting.toml"
+    kept, said = interrupted(tmp_path, monkeypatch, capsys, config, *coarse, *few)
+    assert "interrupted by SIGTERM; the solution is saved in r.h5" in said and kept.converged
 
 
 def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch):
@@ -182,7 +166,7 @@ def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch)
 
     monkeypatch.setattr(load_steps, "with_wear", failing)
     coarse = {f"body.{b}.mesh": {"element_size": 0.5} for b in (0, 1)}
-    solution = solve(load(ROOT / "configs" / "fretting.toml", coarse))
+    solution = solve(load(CONFIGS / "fretting.toml", coarse))
     assert solution.status == "failed" and "nothing to keep" in solution.reason
     assert [step.load_factor for step in solution.steps] == [1.0, 0.25, 0.5]
 
@@ -191,18 +175,13 @@ def test_a_signal_in_the_elimination_of_a_later_step_keeps_the_steps_before(
     tmp_path, monkeypatch, capsys
 ):
     """At once: what is built has nothing to keep."""
-
     signals(monkeypatch, load_steps, "eliminated", ends=True)
-    monkeypatch.chdir(tmp_path)
     # the second step frees what the first one held
-    step = """[[step]]\nname = "press"\n[[step]]\nname = "let go"\n[[step.boundary]]\nbody = "upper"\npart = "top"
-value = ["free", -0.02]\n"""
-    (tmp_path / "stack.toml").write_text(BLOCKS[: BLOCKS.index("[[step]]")] + step)
-    coarse = (f"body.{b}.mesh={{element_size=0.5}}" for b in (0, 1))
-    given = [word for key in coarse for word in ("--set", key)]
-    assert main(["solve", "stack.toml", "--no-figures", *given]) == 143
-    assert "the last iterate is saved in stack.h5" in capsys.readouterr().err
-    kept = read_result(tmp_path / "stack.h5")
+    steps = load_step("press") + load_step("let go", upper={"top": ["free", -0.02]})
+    (tmp_path / "stack.toml").write_text(BLOCKS[: BLOCKS.index("[[step]]")] + steps)
+    coarse = [f"body.{b}.mesh={{element_size=0.5}}" for b in (0, 1)]
+    kept, said = interrupted(tmp_path, monkeypatch, capsys, "stack.toml", *coarse)
+    assert "the last iterate is saved in r.h5" in said
     assert kept.status == "failed" and [step.name for step in kept.steps] == ["press"]
 
 
@@ -210,7 +189,7 @@ value = ["free", -0.02]\n"""
     ("where", "level", "asked"),
     [
         ("elimination", 2, []),
-        ("iteration", 3, ["--accuracy", "1e-5"]),
+        ("iteration", 3, [f"body.{b}.mesh.accuracy=1e-5" for b in (0, 1)]),
     ],
 )
 def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
@@ -227,11 +206,9 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
     signals(monkeypatch, level_solver, "prepare", begins, ends=True)
     if where == "iteration":
         signals(monkeypatch, newton, "linear_solve", lambda: len(made) == level)
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "stack.toml").write_text(BLOCKS)
-    assert main(["solve", "stack.toml", "--no-figures", *asked]) == 143
-    assert "interrupted by SIGTERM; the solution is saved in stack.h5" in capsys.readouterr().err
-    kept = read_result(tmp_path / "stack.h5")
+    kept, said = interrupted(tmp_path, monkeypatch, capsys, "stack.toml", *asked)
+    assert "interrupted by SIGTERM; the solution is saved in r.h5" in said
     assert kept.status == "not converged" and "interrupted by SIGTERM" in kept.reason
     assert kept.reason.endswith("(on the mesh after the last)")
     assert len(kept.steps) == 2 and all(step.status == "converged" for step in kept.steps)
@@ -241,31 +218,22 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
 def test_kill_9_of_a_solve_leaves_the_old_result(tmp_path, comm):
     write_solution(tmp_path / "case.h5", solve(example(2, mesh=COARSE), comm=comm))
     before = (tmp_path / "case.h5").read_bytes()
-    job = start(tmp_path, *ENDLESS, "--no-figures", "--force", "-ksp_monitor")
+    job = start(tmp_path, *ENDLESS, "--force")
     wait_for_iterations(job)
     job.kill()
     job.communicate(timeout=300)
     assert (tmp_path / "case.h5").read_bytes() == before
-    assert sorted(os.listdir(tmp_path)) == [
-        "case.h5",
-        "case.toml",
-    ]
+    assert sorted(os.listdir(tmp_path)) == ["case.h5", "case.toml"]
 
 
 # --- memory
 # --------------------------------------------------------------------------------------------------
 @pytest.mark.slow
 def test_too_little_memory_is_one_line(tmp_path):
-    def limit():
-        resource.setrlimit(resource.RLIMIT_AS, (2_000_000_000, 2_000_000_000))
-
     job = start(
         tmp_path,
-        "--set",
-        "mesh.element_size=0.002",
-        "--set",
-        "bem.mat_type=dense",
-        preexec_fn=limit,
+        *("--set", "mesh.element_size=0.002", "--set", "bem.mat_type=dense"),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (2_000_000_000, 2_000_000_000)),
         program=[sys.executable, "-m", "petcontact"],
     )
     _, err = job.communicate(timeout=300)
@@ -353,13 +321,10 @@ def test_a_killed_adaptive_solve_leaves_its_last_mesh(tmp_path, monkeypatch):
     monkeypatch.setattr(level_solver.LevelSolver, "solved", killed)
     monkeypatch.setattr(solve_command, "SOON", 0.0)
     monkeypatch.chdir(tmp_path)
+    words = ["solve", str(CONFIGS / "hertz.toml"), "--adapt", "--no-figures", "-o", "r.h5"]
     with pytest.raises(SystemExit):
-        main(
-            ["solve", str(ROOT / "configs" / "hertz.toml"), "--adapt", "--no-figures", "-o", "r.h5"]
-        )
+        main(words)
     left = read_result("r.h5")
-    assert (left.status, left.reason) == (
-        "not converged",
-        "the adaptive solve was ended after mesh 1",
-    )
+    assert left.status == "not converged"
+    assert left.reason == "the adaptive solve was ended after mesh 1"
     assert left.pairs["top"].pressure.max() == pytest.approx(98.3, rel=0.05)  # 2P/(πa)
