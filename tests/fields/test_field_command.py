@@ -46,6 +46,9 @@ POINTS = "a table of --points is of these points alone"
     [
         *((f"--grid={grid}", "--grid") for grid in ("40", "40x", "0x3", "axb", "-3x4", "1e9x2")),
         ("--quantity sigma_xx", "--quantity sigma_xx: is what a figure shows"),
+        ("--grid 8x8 -o own.vtk", "own.vtk: a field is written as .vtu"),
+        ("--grid 8x8 --figure own.tif", "own.tif: a figure is .png, .pdf or .svg"),
+        ("--grid 8x8x8", "the body has 2 dimensions"),
         ("--points p.csv --grid 20x10", f"--grid: {POINTS}"),
         ("--points p.csv --window 0 0 1 1", f"--window: {POINTS}"),
     ],

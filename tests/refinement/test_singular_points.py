@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,8 +18,6 @@ from petcontact import (
     adapt,
 )
 from petcontact.refinement.singular_points import corner_exponents
-
-CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def l_shaped(friction_bound: float | str) -> Problem:

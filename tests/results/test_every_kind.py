@@ -15,6 +15,7 @@ from petcontact import InputError, read_result, solve
 from petcontact.geometry.rotation import lifted
 from petcontact.model.case import load
 from petcontact.results.peaks import stress_peaks
+from petcontact.results.report import as_json
 from petcontact.results.tables import boundary_table
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -66,6 +67,12 @@ def test_what_is_written_is_read(solution, tmp_path):
     again = read_result(tmp_path / "r.h5")
     assert again.verdict() == solution.verdict() and repr(again) == repr(solution)
     assert max(map(len, solution.verdict().splitlines())) <= 80
+    for key in ("problem", "findings", "status", "reason"):
+        assert getattr(again, key) == getattr(solution, key), key
+    for name, body in solution.bodies.items():
+        assert np.array_equal(again.bodies[name].u, body.u)
+        assert np.array_equal(again.bodies[name].traction, body.traction)
+    assert as_json(again.provenance) == as_json(solution.provenance)
     for step, other in zip(again.steps, solution.steps, strict=True):
         assert vars(step.history) == vars(other.history)
         assert (step.rho, step.residual) == (other.rho, other.residual)

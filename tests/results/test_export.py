@@ -15,11 +15,9 @@ from problems import block, contact_pair, obstacle, posed
 
 from petcontact import solve
 from petcontact.commands.main import main
-from petcontact.model.bodies import Units
 from petcontact.model.case import load
 from petcontact.results.figures.view import view_of
 from petcontact.results.records import BodyResult
-from petcontact.results.tables import write_tables
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -108,14 +106,6 @@ def test_one_table_of_one_increment_goes_into_the_file_that_is_named(plane, tmp_
     ):
         assert main(f"export {path} {given}".split()) == 2
         assert line in capsys.readouterr().err
-
-
-def test_heads_of_tables_name_the_units_of_the_problem(plane, tmp_path):
-    problem = plane[0].problem.model_copy(update={"units": Units(length="mm", stress="MPa")})
-    write_tables(replace(plane[0], problem=problem), tmp_path / "out")
-    heads = {path.stem: path.read_text().splitlines()[0] for path in (tmp_path / "out").iterdir()}
-    assert "y [mm],nx,ny,arc_length [mm],weight [mm],pressure [MPa],sigma_t [MPa]" in heads["pairs"]
-    assert heads["resultants"].endswith("Fx [N/mm],Fy [N/mm],M [N],area [mm],dissipated [N]")
 
 
 @pytest.mark.parametrize("kind", ["plane", "space"])

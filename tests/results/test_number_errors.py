@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,15 +11,10 @@ from shapes import drawn, elastic, moved, rectangle
 from petcontact import Problem, load, solve
 from petcontact.contact.law_protocol import SLIP
 from petcontact.model.base import parse
-from petcontact.refinement.levels import CONTACT_LADDER
-from petcontact.results import number_errors, stress_errors
+from petcontact.results import stress_errors
 from petcontact.results.evaluated import displacement_scale
 from petcontact.results.numbers import ENERGY, Number
 from petcontact.results.stress_errors import NearStress, stress_change
-
-
-def number(name, of, value, error, scale, unit="force", **more):
-    return Number(name, of, 1, 0, np.atleast_1d(value), unit, scale, error, **more)
 
 
 @pytest.fixture(scope="module")
@@ -52,18 +46,6 @@ def test_an_energy_is_off_by_the_worst_slip_that_the_error_allows(slipping):
     norm = slipping.accuracy.error * displacement_scale(slipping)
     worst = norm * g / math.sqrt(weight @ g**2)
     assert energy.error >= (1.0 - 1e-9) * float(weight @ (g * worst))
-
-
-def test_meshes_along_curves_gain_as_little_as_corners_let_them():
-    """The mesh before counts at the least gain away from corners, the one before that at the
-    largest; in space both at the ratio of the estimates."""
-    two = SimpleNamespace(coarser=SimpleNamespace(coarser=SimpleNamespace(coarser=None)))
-    two.accuracy = SimpleNamespace(estimates=[])
-    gains = [gain for _, gain in number_errors._coarser(two)]
-    np.testing.assert_allclose(gains, [2.0, 1.0 + CONTACT_LADDER.most_gain])
-    two.accuracy = SimpleNamespace(estimates=[0.3, 0.2, 0.1])
-    gains = [gain for _, gain in number_errors._coarser(two)]
-    np.testing.assert_allclose(gains, [2.0, 3.0])
 
 
 def test_maxima_by_the_edge_of_contact_are_off_by_the_root_of_the_error():
@@ -106,23 +88,3 @@ def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
     value = np.array([10.0])
     stress = Number("von Mises stress inside", "body", 1, 0, value, "stress", 0.0, np.nan)
     assert stress_change(None, None, stress, near) == pytest.approx(error, nan_ok=True)
-
-
-@pytest.mark.parametrize(
-    ("size", "estimates", "error"), [(1.0, [0.2, 0.1], 3.0), (1.0, [], 0.5), (0.5, [0.2, 0.1], 0.0)]
-)
-def test_a_largest_stress_in_an_element_of_both_meshes_is_off_by_how_much_it_varies(
-    size, estimates, error, monkeypatch
-):
-    """Of 10 with 7 beside it on both meshes, in an element of the same and of half the size. Peaks
-    that linear panels extrapolate to are as far off as they stand out: a bolted plate's 138 for 96.
-    In the plane it has the relative error of the solution, 0.05."""
-    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: np.array([10.0, 7.0]))
-    monkeypatch.setattr(stress_errors, "_element_at", lambda mesh, _: (4, mesh.size))
-    near = NearStress(np.zeros((2, 3)), "side", np.array([10.0, 7.0]), 2, False)
-    stress = Number(
-        "von Mises stress on the surface", "body", 1, 0, np.array([10.0]), "stress", part="side"
-    )
-    accuracy = SimpleNamespace(error=0.05, estimates=estimates)
-    meshes = [SimpleNamespace(size=each, accuracy=accuracy) for each in (size, 1.0)]
-    assert stress_change(*meshes, stress, near) == pytest.approx(error)

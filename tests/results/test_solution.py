@@ -18,8 +18,6 @@ from petcontact import (
     solve,
 )
 from petcontact.model.bodies import Units
-from petcontact.results.report import Accuracy, Finding
-from petcontact.results.verdict.summary import alike
 
 COARSE = MeshOptions(element_size=0.2)
 
@@ -106,20 +104,3 @@ def test_a_function_is_named_in_files(tmp_path):
     read = Solution.load(tmp_path / "r.h5")
     assert read.problem.boundary[0].friction_bound == "<function ramp>"
     assert read.contact.friction_bound[0] > 150.0
-
-
-def test_an_error_that_no_two_meshes_tell_is_not_a_number(solution):
-    """An adaptive solve that fails on every mesh has no difference of two solutions."""
-    failed = replace(solution, accuracy=Accuracy(wanted=1e-3, error=np.inf))
-    assert "error of u_t not known: too few meshes are solved; 1.0e-03 wanted" in failed.verdict()
-
-
-def test_warnings_that_pairs_have_alike_are_one():
-    findings = [
-        Finding("sag", "warning", "a rim", "pair 'a'"),
-        Finding("sag", "warning", "a rim", "pair 'b'"),
-        Finding("gap", "warning", "a gap", "pair 'b'"),
-        Finding("large motion", "warning", "body 'c' turns"),
-        Finding("jam", "warning", "pair 'd' stays pressed"),
-    ]
-    assert alike(findings) == ["pairs 'a', 'b': a rim", *map(str, findings[2:])]

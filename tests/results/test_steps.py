@@ -18,34 +18,6 @@ from petcontact.results.hdf5 import write_solution
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 NEWTON = SemismoothNewton()
-DISC = """
-[[body]]
-name = "disc"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "outline", loops = [{ part = "rim", center = [0.0, 1.0], radius = 1.0 }] }
-mesh = { element_size = 0.1, order = 2 }
-[[body.point_force]]
-name = "weight"
-at = [0.0, 1.2]
-force = [0.0, -0.01]
-[[obstacle]]
-name = "floor"
-[[contact]]
-name = "foot"
-secondary = "disc.rim"
-primary = "floor"
-direction = [0.0, -1.0]
-gap = "where(y < 1, y, 9)"
-friction_coefficient = 0.3
-[[step]]
-[[step]]
-increments = 2
-[[step.point_force]]
-name = "weight"
-force = [0.0, -0.02]
-"""
-
-
 BLOCK = """
 [material]
 young_modulus = 100.0

@@ -11,7 +11,6 @@ import meshio
 import numpy as np
 import pytest
 
-from petcontact.commands.main import main
 from petcontact.model.case import load
 from petcontact.pipeline.run import prepare, run
 from petcontact.results.hdf5 import write_solution
@@ -67,12 +66,3 @@ def test_constant_stress(solution, tmp_path: Path) -> None:
     np.testing.assert_allclose(inside, wanted, atol=1e-6 * mu)
     # constant tractions of order 1
     assert surface.cell_data_dict["traction_error"]["quad"].max() < 1e-9 * mu
-
-
-def test_field_command(solution, tmp_path, monkeypatch, capsys) -> None:
-    monkeypatch.chdir(tmp_path)
-    write_solution("r.h5", solution)
-    assert main(["field", "r.h5", "--grid", "4x2x2", "--boundary", "s.vtu"]) == 0
-    assert Path("r.vtu").exists() and Path("s.vtu").exists()
-    assert main(["field", "r.h5", "--grid", "4x2"]) == 2
-    assert "the body has 3 dimensions" in capsys.readouterr().err
