@@ -16,6 +16,11 @@ GAPS = {
     "two": (lambda x: np.minimum((x - 0.21) ** 2, np.abs(x - 0.83) + 1e-3), [0.21, 0.83], 1e-7),
     "quartic": (lambda x: (x - 0.7) ** 4, [0.7], 1e-3),
     "none inside": (lambda x: x, [], 0.0),
+    "ends of a flat stretch": (
+        lambda x: np.maximum(np.abs(x - 0.5) - 0.2, 0.0),
+        [0.3, 0.7],
+        0.011,  # two samples
+    ),
 }
 
 
@@ -42,9 +47,3 @@ def test_minima_are_found_to_the_round_off_of_the_gap(name):
 def test_only_the_lowest_ones_are_kept():
     field, _ = looked_at(lambda x: np.cos(40.0 * x) + x)
     assert len(gap_minima(field)) == MOST
-
-
-def test_both_ends_of_a_flat_stretch_are_minima():
-    field, _ = looked_at(lambda x: np.maximum(np.abs(x - 0.5) - 0.2, 0.0))
-    found = gap_minima(field)
-    assert len(found) == 2 and np.allclose(found, [0.3, 0.7], atol=0.011)  # two samples

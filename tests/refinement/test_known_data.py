@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from petcontact import Contact, Displacement, Material, Problem, Rectangle, Traction, load
+from petcontact import Contact, Displacement, Material, Problem, Rectangle, Traction
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.curve_building import build_mesh
 from petcontact.refinement.known_data import fields, resolved
 from petcontact.refinement.marks import GradedOutline
 from petcontact.refinement.panels.data_lines import gap_edges
-
-CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def block(friction_bound: float | str, pressure: float | str = 0.0) -> Problem:
@@ -61,17 +58,6 @@ def test_kinks_and_jumps_of_the_data_are_located(bound, expected):
     assert all(len(body.kinks[k]) == 0 for k in (1, 2, 3))
 
 
-def test_kinks_of_tractions_are_found_on_arcs_by_arc_length():
-    case = load(CONFIGS / "gallery_disc.toml")
-    rim = Traction(part="rim", pressure="abs(s - 5)")
-    boundary = tuple(rim if condition.part == "rim" else condition for condition in case.boundary)
-    outline = case.geometry.outline()
-    body = GradedOutline.from_body(case.model_copy(update={"boundary": boundary}).body[0], outline)
-    first = next(k for k, side in enumerate(outline.sides) if side.part == "rim")
-    assert body.kinks[first] == pytest.approx([5.0])
-    assert sum(len(body.kinks[k]) for k in range(len(outline.sides))) == 1
-
-
 def total(w, primitive):
     """The integral over the side, of a primitive in (y - 2.71)/w."""
     return w * (primitive((4.0 - 2.71) / w) - primitive(-2.71 / w))
@@ -111,17 +97,6 @@ def test_smooth_peaks_of_any_width_are_resolved(text, primitive, width):
     nodes = mesh.nodes_of("right")
     found = mesh.weight[nodes] @ data[1][0].values(mesh.x[nodes, 1] / 4.0)[:, 0]
     assert abs(found) == pytest.approx(total(width, primitive), rel=1e-3)
-
-
-def test_data_rough_everywhere_are_reported():
-    problem = block(50.0, "sin(1e6*y)")
-    data = fields(problem.body[0], problem.geometry.outline())
-    assert resolved(np.linspace(0.0, 1.0, 5), np.full(4, 1), data[1], 1e-3)[2] > 1e-3
-
-
-def test_values_that_are_not_finite_at_ends_are_left_to_the_nodes():
-    problem = block("1/x")
-    assert np.isfinite(fields(problem.body[0], problem.geometry.outline())[0][0].sampled).all()
 
 
 @pytest.mark.parametrize(

@@ -24,17 +24,6 @@ def inner(mesh, nodes):
     return (nearest > size)[element]
 
 
-def test_the_rim_is_where_sides_of_other_parts_are_however_large_their_panels():
-    mesh = box_mesh(BOX, lambda part: 0.1 if part == "top" else 1.0, 1, 1.0)
-    nodes = mesh.nodes_of("top")
-    x, (low, high) = mesh.x[nodes, :2], (BOX.lower[:2], BOX.upper[:2])
-    exact = np.minimum(x - low, high - x).min(axis=1)
-    assert rim_distance(mesh, nodes) == pytest.approx(exact, abs=1e-12)
-    assert rim_distance(mesh, nodes, 0.3) == pytest.approx(
-        np.where(exact <= 0.3, exact, np.inf), abs=1e-12
-    )
-
-
 def test_legendre_polynomial_on_its_panel():
     """x² on panels of width h: P_2 of coefficient (h/2)² 2/3, whose mean square is 1/5."""
     mesh = box_mesh(BOX, lambda part: 0.25, 2, 1.0)
