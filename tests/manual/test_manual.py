@@ -154,8 +154,11 @@ def test_the_chapters_are_the_files():
 
 
 def test_every_chapter_stands_in_one_of_the_four_books():
-    """In the same one in `petcontact help`, on the site and in the README's table."""
+    """In the same one in `petcontact help`, on the site and in the README's table; lessons and
+    how-tos have pictures."""
     assert [*topics()] == [name for chapters in BOOKS.values() for name in chapters]
+    shown = [name for book in ("Tutorial", "How-to") for name in BOOKS[book]]
+    assert [name for name in shown if "![" not in chapter(name)] == ["installing"]
     lines = (ROOT / "README.md").read_text().splitlines()
     rows = [line[1:-1].split("|") for line in lines if line[0:1] == "|" and "manual/" in line]
     for column, chapters in zip(zip(*rows, strict=True), BOOKS.values(), strict=True):
@@ -171,10 +174,10 @@ def test_the_config_reference_is_current():
 
 
 def test_every_key_has_a_meaning():
-    rows = [line.split(" | ") for line in chapter("config").splitlines() if line.startswith("| `")]
-    assert len(rows) > 60
-    assert not [row[0] for row in rows if len(row) < 5 or not row[4].strip(" |")]
-    kinds = {row[0].strip("| `"): row[3] for row in rows}
+    lines = [line for line in chapter("config").splitlines() if line.startswith("| `")]
+    rows = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+    assert len(rows) > 60 and {len(row) for row in rows} == {5} and all(row[4] for row in rows)
+    kinds = {row[0].strip("`"): row[3] for row in rows}
     assert kinds["exponent"] == "3D" and kinds["vertices"] == "2D, axial" and kinds["part"] == "all"
 
 
