@@ -1,114 +1,81 @@
-"""Wear: closed forms, tables of an explicit scheme with small jumps, and what any scheme keeps."""
+"""Wear: closed forms, files, and what any scheme keeps."""
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, elastic, moved, rectangle, touching
+from shapes import cuboid, drawn, elastic, moved, problem, rectangle, rollers, touching
 
-from petcontact import InputError, read_result, solve
-from petcontact.model.case import parse_problem
+from petcontact import InputError, load, read_result, solve
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
+SPECIMEN = Path(__file__).parents[2] / "configs" / "fretting_specimen.toml"
 NU = 0.499
 LOAD = np.pi / (4.0 * (1.0 - NU**2))
 """Pi E*/4: contact on |x| < 1 for a parabola of radius 1."""
-FRICTION, STROKE = 0.4, 100.0
 
 
-def parabola(size, order, wear, cycle, *, shear=None, width=1.4, **changes):
-    """A rigid parabola on a block of 40 x 20 that hardly couples; it is moved to and fro by STROKE,
-    or drawn by ± shear."""
-    x = (20, width, 0.6, -0.6, -width, -20)
+def partial_slip(wear, cycle):
+    """A rigid parabola on a block of 40 x 20 that hardly couples, drawn to and fro by 0.64 µP: stick
+    in |x| < 0.6."""
+    x = (20, 1.4, 0.6, -0.6, -1.4, -20)
     vertices = [[-20, -20], [20, -20], *([at, 0] for at in x)]
     parts = ["bottom", "right", "land", "contact", "contact", "contact", "land", "left"]
-    forth = {"displacement": [STROKE, "free"]} if shear is None else {"force": [shear, -LOAD]}
-    back = {"displacement": [0.0, "free"]} if shear is None else {"force": [-shear, -LOAD]}
-    pad = {"displacement": [0.0 if shear is None else "free", "free"], "force": [0.0, -LOAD]}
-    return parse_problem(
-        {
-            "material": elastic(1.0, NU),
-            "geometry": {"shape": "polygon", "vertices": vertices, "parts": parts},
-            "mesh": {"element_size": 2.5, "element_sizes": {"contact": size}, "order": order},
-            "boundary": [
-                moved("bottom", [0.0, 0.0]),
-                *(drawn(part, [0.0, 0.0]) for part in ("right", "land", "left")),
-            ],
-            "obstacle": [{"name": "pad", **pad}],
-            "contact": [
-                touching(
-                    "c",
-                    "contact",
-                    "pad",
-                    gap="x**2/2",
-                    wear_coefficient=wear,
-                    **{} if shear is None else {"friction_coefficient": FRICTION},
-                )
-            ],
-            "step": [
-                {"name": "press"},
-                {"name": "push", "obstacle": [{"name": "pad", **forth}]},
-                {"name": "pull", "obstacle": [{"name": "pad", **back}]},
-            ],
-            "cycle": {"first": "push", "last": "pull", **cycle},
-        },
-        "test",
-        changes,
-        Path(),
+    law = {"wear_coefficient": wear, "friction_coefficient": 0.4}
+    push, pull = ({"name": "pad", "force": [way * 0.64 * 0.4 * LOAD, -LOAD]} for way in (1.0, -1.0))
+    pad = {"name": "pad", "displacement": ["free", "free"], "force": [0.0, -LOAD]}
+    return problem(
+        material=elastic(1.0, NU),
+        geometry={"shape": "polygon", "vertices": vertices, "parts": parts},
+        mesh={"element_size": 2.5, "element_sizes": {"contact": 0.06}, "order": 2},
+        boundary=[
+            moved("bottom", [0.0, 0.0]),
+            *(drawn(part, [0.0, 0.0]) for part in ("right", "land", "left")),
+        ],
+        obstacle=[pad],
+        contact=[touching("c", "contact", "pad", gap="x**2/2", **law)],
+        step=[
+            {"name": "press"},
+            {"name": "push", "obstacle": [push]},
+            {"name": "pull", "obstacle": [pull]},
+        ],
+        cycle={"first": "push", "last": "pull", **cycle},
     )
-
-
-@functools.cache
-def partial_slip(size, order, count, jump, tolerance=0.02):
-    """20 of k times cycles, Q = ±0.64 µP: stick in |x| < 0.6."""
-    cycle = {"count": count, "jump": jump, "tolerance": tolerance}
-    return solve(parabola(size, order, 20.0 / count, cycle, shear=0.64 * FRICTION * LOAD))
 
 
 def volume(solution, name="c"):
     return solution.wear.depth[name] @ solution.pairs[name].weight
 
 
-def middle(solution):
-    """Pressure in the middle after each jump."""
-    return solution.wear.pressure["c"][:, np.argsort(np.abs(solution.pairs["c"].x[:, 0]))[:2]].mean(
-        axis=1
-    )
-
-
-def confined(wear, cycles=20, dim=2, **changes):
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_volume_is_k_times_force_times_slip_at_every_moment(dim):
     """A block between rollers under a flat pad that slides over it: p and slip are even."""
     shape = (rectangle, cuboid)[dim - 2]([0.0] * dim, [2.0, *[1.0] * (dim - 1)])
-    sides = ("left", "right") if dim == 2 else ("left", "right", "front", "back")
+    sides = ("bottom", "left", "right") + (("front", "back") if dim == 3 else ())
     rest = [0.0] * (dim - 2)
 
     def pad(along, **more):
         return {"name": "pad", "displacement": [along, *rest, "free"], **more}
 
-    tables = {
-        "material": elastic(1.0, 0.3),
-        "geometry": shape,
-        "mesh": {"element_size": 0.5 if dim == 2 else 1.0, "order": 2 if dim == 2 else 1},
-        "boundary": [{"part": part, "condition": "symmetry"} for part in ("bottom", *sides)],
-        "obstacle": [pad(0.0, force=[0.0, *rest, -0.5])],
-        "contact": [touching("c", "top", "pad", wear_coefficient=wear, wear_share=0.25)],
-        "step": [
-            {"name": "press"},
-            {"name": "push", "obstacle": [pad(0.3)]},
-            {"name": "pull", "obstacle": [pad(0.0)]},
-        ],
-        "cycle": {"first": "push", "last": "pull", "count": cycles},
-    }
-    return parse_problem(tables, "test", changes, Path())
-
-
-@pytest.mark.parametrize("dim", [2, 3])
-def test_the_volume_is_k_times_force_times_slip_at_every_moment(dim):
-    solution = solve(confined(1e-2, dim=dim, **{"step.1.increments": 3}))
+    solution = solve(
+        problem(
+            material=elastic(1.0, 0.3),
+            geometry=shape,
+            mesh={"element_size": 0.5 if dim == 2 else 1.0, "order": 2 if dim == 2 else 1},
+            boundary=rollers(*sides),
+            obstacle=[pad(0.0, force=[0.0, *rest, -0.5])],
+            contact=[touching("c", "top", "pad", wear_coefficient=1e-2, wear_share=0.25)],
+            step=[
+                {"name": "press"},
+                {"name": "push", "increments": 3, "obstacle": [pad(0.3)]},
+                {"name": "pull", "obstacle": [pad(0.0)]},
+            ],
+            cycle={"first": "push", "last": "pull", "count": 20},
+        )
+    )
     assert solution.converged and solution.wear.cycle[-1] == 20
     assert volume(solution) == pytest.approx(1e-2 * 0.5 * 0.6 * solution.wear.cycle, rel=1e-12)
     pair = solution.pairs["c"]
@@ -124,13 +91,11 @@ def test_the_volume_is_k_times_force_times_slip_at_every_moment(dim):
     )
 
 
-"""p(0) and V by k times cycles: constant elements of 0.03, explicit, 200 jumps."""
-
-
 @pytest.mark.slow
 def test_the_limit_of_partial_slip():
     """The stick zone keeps its parabola and carries all: p = E*/2R √(c²-x²) + P_1/(π√(c²-x²))."""
-    solution = partial_slip(0.06, 2, 10_000, "auto", 0.1)
+    cycle = {"count": 10_000, "jump": "auto", "tolerance": 0.1}
+    solution = solve(partial_slip(20.0 / 10_000, cycle))
     c, modulus, pair = 0.6, 1.0 / (1.0 - NU**2), solution.pairs["c"]
     rest = LOAD - 0.25 * np.pi * modulus * c**2
     x, depth = np.abs(pair.x[:, 0]), pair.wear.sum(axis=1)
@@ -138,39 +103,41 @@ def test_the_limit_of_partial_slip():
     root = np.sqrt(c**2 - x[inside] ** 2)
     exact = 0.5 * modulus * root + rest / (np.pi * root)
     assert np.linalg.norm(pair.pressure[inside] - exact) < 5e-3 * np.linalg.norm(exact)
-    assert middle(solution)[-1] == pytest.approx(0.75455, rel=3e-3)
+    assert solution.wear.pressure["c"][-1][np.argsort(x)[:2]].mean() == pytest.approx(
+        0.75455, rel=3e-3
+    )
     assert volume(solution)[-1] == pytest.approx(0.16862, rel=1e-2)
     assert x[depth > 1e-3].max() == pytest.approx(1.2457, abs=0.06) and depth[x < c].max() < 1e-4
 
 
+COARSE = {"cycle.count": 100, "body.0.mesh.element_sizes.contact": 0.1}
+
+
 @pytest.mark.slow
 def test_files_and_restart(tmp_path):
-    problem = parabola(0.3, 0, 2.0 / 100, {"count": 100}, shear=0.64 * FRICTION * LOAD)
-    half = problem.model_copy(update={"cycle": problem.cycle.model_copy(update={"count": 30})})
-    first, whole = solve(half), solve(problem)
+    def worn(**changes):
+        return solve(load(SPECIMEN, COARSE | {k.replace("__", "."): changes[k] for k in changes}))
+
+    first, whole = worn(cycle__count=30), worn()
     first.save(tmp_path / "half.h5")
     again = read_result(tmp_path / "half.h5")
     assert again.verdict() == first.verdict() and "cycle 30" in again.verdict()
-    assert np.array_equal(again.wear.depth["c"], first.wear.depth["c"])
+    (name,) = first.wear.depth
+    assert np.array_equal(again.wear.depth[name], first.wear.depth[name])
     assert np.array_equal(again.wear.cycle, first.wear.cycle)
-    assert np.array_equal(again.pairs["c"].wear, first.pairs["c"].wear)
-    method = problem.method.model_copy(update={"start": str(tmp_path / "half.h5")})
-    on = solve(problem.model_copy(update={"method": method}))
-    assert [step.cycle for step in on.steps] == [0, 1, 1, 30, 30, 100, 100]
-    assert volume(on)[-1] == pytest.approx(volume(whole)[-1], rel=5e-3)
-    assert np.all(np.diff(on.wear.cycle) > 0) and 30 in on.wear.cycle
-    other = problem.contact[0].model_copy(update={"wear_coefficient": 1e-2})
+    assert np.array_equal(again.pairs[name].wear, first.pairs[name].wear)
+    start = str(tmp_path / "half.h5")
+    on = worn(method__start=start)
+    assert volume(on, name)[-1] == pytest.approx(volume(whole, name)[-1], rel=5e-3)
+    assert np.all(np.diff(on.wear.cycle) > 0) and 30 in on.wear.cycle and on.steps[-1].cycle == 100
     with pytest.raises(
-        InputError, match=r"half.h5 has c worn with wear_coefficient = .*, here it is 0.01"
+        InputError, match=r"half.h5 has .* worn with wear_coefficient = .*, here it"
     ):
-        solve(problem.model_copy(update={"method": method, "contact": (other,)}))
+        worn(method__start=start, contact__1__wear_coefficient=1e-2)
     # the same file once more is nothing to do
     on.save(tmp_path / "on.h5")
-    method = problem.method.model_copy(update={"start": str(tmp_path / "on.h5")})
-    assert (
-        solve(problem.model_copy(update={"method": method})).wear.cycle.tolist()
-        == on.wear.cycle.tolist()
-    )
+    once_more = worn(method__start=str(tmp_path / "on.h5"))
+    assert once_more.wear.cycle.tolist() == on.wear.cycle.tolist()
 
 
 def test_a_jump_that_fails_keeps_what_was_before():
@@ -178,12 +145,10 @@ def test_a_jump_that_fails_keeps_what_was_before():
 
     def monitor(state):
         calls.append(state.where)
-        return (
-            "enough" if len(calls) > 60 and "step 2 (push), load factor 0." in state.where else None
-        )
+        late = len(calls) > 50 and "step 2 (pull), load factor 0." in state.where
+        return "enough" if late else None
 
-    problem = parabola(0.2, 0, 2.0 / 300, {"count": 300}, shear=0.64 * FRICTION * LOAD)
-    solution = solve(problem, monitor=monitor)
+    solution = solve(load(SPECIMEN, COARSE), monitor=monitor)
     assert solution.status == "failed" and solution.reason.startswith("enough")
     assert "cycle" in calls[-1]
     assert solution.last.cycle == solution.wear.cycle[-1] > 1
