@@ -10,10 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from petcontact import MeshOptions
-
 ROOT = Path(__file__).parents[2]
-MESH = MeshOptions(element_size=0.4)
 
 
 PROGRAM = """

@@ -2,17 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from digests import digest
-
-ROOT = Path(__file__).parents[2]
-PROGRAM = """
-from petcontact.runtime.petsc import petsc
-from digests import digest
-print(digest({number}, "{formulation}", petsc().COMM_SELF))
-"""
 
 
 @pytest.mark.parametrize("formulation", ["condensed", "full"])
