@@ -43,7 +43,7 @@ def draw_space(figure: Any, solution: SolutionData) -> None:
     )
     figure.get_layout_engine().set(rect=(0.0, BELOW, 1.0, 1.0 - BELOW))
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
-    x = draw_bodies(axes, solution, bodies, 1.0, colours, best_view(solution))
+    x = draw_bodies(axes, solution, bodies, 0.0, colours, best_view(solution))
     fit_axes(axes, solution, x.min(axis=0), x.max(axis=0))
     _names(axes, solution, parts)
     _loads(axes, solution)

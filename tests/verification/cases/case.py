@@ -54,6 +54,8 @@ class Case:
     `--accuracy` does. `curve` has closed forms of "pressure" and "shear" that are drawn where they
     have no norm. `edges` are points of the contact where the reference has the end of a zone, and
     `multiple` a step and a factor: the pressure at the end is exactly as many times that of the step.
+    `line` has `start` and `end` on which `components` of the displacement of a `body` are drawn with
+    their `exact` forms, or without components the von Mises stress.
     """
 
     name: str
@@ -73,11 +75,12 @@ class Case:
     curve: dict[str, str] = field(default_factory=dict)
     edges: tuple[tuple[float, ...], ...] = ()
     multiple: tuple[int, float] | None = None
+    line: dict[str, Any] = field(default_factory=dict)
 
     @property
     def drawn(self) -> dict[str, Any]:
         """All that a picture of the contact shows beside the solution."""
-        marks = {"edges": self.edges, "multiple": self.multiple}
+        marks = {"edges": self.edges, "multiple": self.multiple, "line": self.line}
         return self.curve | {key: mark for key, mark in marks.items() if mark}
 
     @property

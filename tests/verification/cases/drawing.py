@@ -21,6 +21,8 @@ from .measures import exact_values
 COLOURS = 160
 """Of a PNG: a third of the size, and no difference that is seen."""
 CURVES = {"pressure": "p", "shear": "q"}
+LINES = ("displacement", "largest_von_mises")
+"""Measures whose references are drawn on a line."""
 
 
 def digest_of(case) -> str:
@@ -36,10 +38,10 @@ def problem_picture(solution, path: Path) -> Path:
 
 def contact_picture(case, solution, path: Path) -> Path:
     """Pressure and shear along the last interface at the end with the reference, in space over
-    the distance from its middle, or without a reference the pressure on its panels."""
+    the distance from its middle; or what the reference has on a line."""
     mesh = next(iter(solution.meshes.values()))
-    if all(value.measure == "displacement" for value in case.values):
-        return _small(path, draw_displacement, solution, case.values)
+    if case.line:
+        return _small(path, draw_line, solution, case)
     if isinstance(mesh, CurveMesh):
         return _small(path, draw_curves, solution, case)
     if case.curve:
@@ -56,18 +58,30 @@ def _small(path, draw, *arguments):
     return path
 
 
-def draw_displacement(figure, solution, values):
-    """A component of the displacement along a part, with the tested points."""
-    keys, axes, units = values[0].keys, figure.add_subplot(), solution.problem.units
-    mesh, body = next(iter(solution.meshes.items()))[1], next(iter(solution.last.bodies.values()))
-    nodes = mesh.nodes_of(keys["part"])
-    x = mesh.x[nodes, 0]
-    order = np.argsort(x)
-    axes.plot(x[order], body.u[nodes, keys["component"]][order], label="computed")
-    points = [(value.keys["at"][0], value.reference) for value in values]
-    axes.plot(*np.transpose(points), "kx", ms=7.0, label="reference")
-    name = f"$u_{'xyz'[keys['component']]}$ along {keys['part']}"
-    axes.set(xlabel=label("x", units.length), ylabel=label(name, units.length))
+def draw_line(figure, solution, case):
+    """Components of the displacement, or the von Mises stress, on a line inside a body, with closed
+    forms and tested points."""
+    line, axes, units = case.line, figure.add_subplot(), solution.problem.units
+    points = np.linspace(line["start"], line["end"], 201)
+    k, state = int(np.ptp(points, axis=0).argmax()), solution.state_at(points, line.get("body"))
+    for exact, component in zip(line["exact"], line.get("components", [None]), strict=True):
+        found = state.von_mises if component is None else state.u[:, component]
+        name = "von Mises" if component is None else f"$u_{'xyz'[component]}$"
+        axes.plot(points[:, k], found, label=f"{name} computed")
+        if exact:
+            form, drawn = exact_values(points, exact), {"ls": "--", "color": "black", "lw": 0.9}
+            axes.plot(points[:, k], form, **drawn, label=f"{name} closed form")
+        for value in case.values:
+            at = value.keys.get("at", points[np.argmax(found)])
+            if value.measure in LINES and value.keys.get("component") == component:
+                named = axes.get_legend_handles_labels()[1]
+                new = None if "reference" in named else "reference"
+                axes.plot(at[k], value.reference, "kx", ms=7.0, label=new)
+    of_stress = "components" not in line
+    axes.set(
+        xlabel=label("xyz"[k], units.length),
+        ylabel=label("stress", units.stress) if of_stress else label("displacement", units.length),
+    )
     legend_beside(axes)
 
 

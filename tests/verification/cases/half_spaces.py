@@ -132,13 +132,27 @@ def mindlin_in_space():
     )
 
 
+def _beside(force=(0.6, -1.0)):
+    return _space(1.0, force, 0.3, 1.0, (0.0, 0.0, 0.0))
+
+
+def beside_along(x):
+    """u_x of `beside_a_force` at points (n, 3)."""
+    return _beside()[0](*x.T)
+
+
+def beside_down(x):
+    """Its u_z."""
+    return _beside()[2](*x.T)
+
+
 def beside_a_force(force=(0.6, -1.0)):
     """A block beside an inclined point force: the free surface above, exact displacement on the
     other faces but one.
 
     That is the plane of symmetry y = 0, a smooth bilateral contact.
     """
-    field = _space(1.0, force, 0.3, 1.0, (0.0, 0.0, 0.0))
+    field = _beside(force)
     return Problem(
         title="Boussinesq and Cerruti: a block beside a point force",
         material=Material(1.0, 0.3),
@@ -224,3 +238,14 @@ def uniform_square():
             Traction("top", (0.0, 0.0, square)),
         ],
     )
+
+
+def under_the_middle(x, nu=0.28, half=0.5):
+    """Von Mises stress under the middle of the same square, at points (n, 3): Newmark's σ_z of four
+    corners, and the trace -(1 + ν)/π times the solid angle of the square."""
+    z = -x[:, 2]
+    square, reach = half**2, np.sqrt(2.0 * half**2 + z**2)
+    angle = 4.0 * np.arctan2(square, z * reach)
+    vertical = -(8.0 * square * z / ((square + z**2) * reach) + angle) / (2.0 * np.pi)
+    trace = -(1.0 + nu) / np.pi * angle
+    return np.abs(vertical - 0.5 * (trace - vertical))

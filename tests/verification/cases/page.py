@@ -104,7 +104,11 @@ def page(case: Case, computed: list[float], solved: dict[str, str]) -> str:
     if others:
         parts.append("Targets of another source: " + "; ".join(others) + ".\n")
     parts.append(f"## Picture\n\n![Contact tractions]({SHOWN}/{case.name}-contact.png)\n")
-    if not (case.curve or any(value.measure == "error" for value in case.values)):
+    if not (
+        case.curve
+        or any(case.line.get("exact", ()))
+        or any(value.measure == "error" for value in case.values)
+    ):
         parts.append(WITHOUT)
     return "\n".join(parts)
 
