@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ellipe
 
-from petcontact import Problem, Solution, operators
+from petcontact import Problem, Solution
 from petcontact.model.base import parse
 
 E, NU, SIZE = 1.0, 0.3, 3.0
@@ -284,90 +284,3 @@ class Lubkin:
             float(np.sqrt(square)),
             float(abs(sticks - self.c)),
         )
-
-
-FREE = {"condition": "traction", "value": [0.0, 0.0]}
-SYMMETRY = {"condition": "symmetry"}
-INSIDE = {"condition": "traction", "pressure": 1.0}
-LOADED = {"young_modulus": E, "poisson_ratio": NU, "density": 1.0, "thermal_expansion": 1.0}
-RATIO = NU / (1.0 - NU)
-TUBE = {"left": FREE, "right": FREE, "bottom": SYMMETRY, "top": SYMMETRY}
-
-
-def _tube(size: float, order: int, loads: dict, **sides: dict) -> Problem:
-    """1 < r < 2 between planes of symmetry."""
-    data = {
-        "symmetry": "axial",
-        "material": LOADED,
-        "geometry": {"shape": "rectangle", "lower_left": [1.0, 0.0], "upper_right": [2.0, 1.0]},
-        "mesh": {"element_size": size, "order": order},
-        "boundary": [{"part": part, **given} for part, given in {**TUBE, **sides}.items()],
-        "loads": loads,
-    }
-    return parse(Problem, data, "tube")
-
-
-def _shell(size: float, order: int) -> Problem:
-    """1 < ρ < 2, z > 0, under pressure inside."""
-    sides = [
-        {"part": "middle", "to": [2.0, 0.0]},
-        {"part": "outside", "to": [0.0, 2.0], "radius": 2.0},
-        {"part": "axis", "to": [0.0, 1.0]},
-        {"part": "inside", "to": [1.0, 0.0], "radius": -1.0},
-    ]
-    given = {"middle": SYMMETRY, "outside": FREE, "inside": INSIDE}
-    data = {
-        "symmetry": "axial",
-        "material": LOADED,
-        "geometry": {"shape": "outline", "loops": [sides]},
-        "mesh": {"element_size": size, "order": order},
-        "boundary": [{"part": part, **condition} for part, condition in given.items()],
-    }
-    return parse(Problem, data, "shell")
-
-
-def _heated(r: np.ndarray) -> np.ndarray:
-    """u_r of T = r - 1 in a tube without strain along it (Timoshenko and Goodier, 151)."""
-    within = (r**3 - 1.0) / 3.0 - (r**2 - 1.0) / 2.0
-    whole = 7.0 / 3.0 - 3.0 / 2.0
-    return (1.0 + NU) / (1.0 - NU) * (within + ((1.0 - 2.0 * NU) * r**2 + 1.0) * whole / 3.0) / r
-
-
-def _turned(r: np.ndarray) -> np.ndarray:
-    """u_r of ρω² = 1 in a tube without strain along it: r σ_θθ and σ_rr by Lamé's functions."""
-    k = (3.0 + RATIO) / 8.0
-    radial = k * (5.0 - 4.0 / r**2 - r**2)
-    hoop = k * (5.0 + 4.0 / r**2) - (1.0 + 3.0 * RATIO) / 8.0 * r**2
-    return (1.0 + NU) / E * ((1.0 - NU) * hoop - NU * radial) * r
-
-
-SMOOTH: dict[str, tuple[Callable, Callable]] = {
-    "tube under pressure (Lamé)": (
-        lambda size, order: _tube(size, order, {}, left=INSIDE),
-        lambda r: (1.0 + NU) / (3.0 * E) * ((1.0 - 2.0 * NU) * r + 4.0 / r),
-    ),
-    "tube in rotation": (
-        lambda size, order: _tube(size, order, {"angular_velocity": 1.0}),
-        _turned,
-    ),
-    "hot tube": (lambda size, order: _tube(size, order, {"temperature": "x - 1"}), _heated),
-    "hollow ball under pressure (Lamé)": (
-        _shell,
-        lambda rho: ((1.0 - 2.0 * NU) * rho + 0.5 * (1.0 + NU) * 8.0 / rho**2) / (7.0 * E),
-    ),
-}
-"""Problems by the size and the order of their elements, and the displacement away from the axis, of
-the ball from its centre."""
-
-
-def smooth_error(name: str, size: float, order: int) -> float:
-    """Largest error of the displacement at the nodes, relative."""
-    make, exact = SMOOTH[name]
-    body = operators(make(size, order)).body
-    u, x = body.solve()[0], body.mesh.x
-    if "ball" in name:
-        rho = np.hypot(*x.T)
-        found, wanted = np.einsum("nd,nd->n", u, x) / rho, exact(rho)
-    else:
-        found, wanted = u[:, 0], exact(x[:, 0])
-    return float(np.abs(found - wanted).max() / np.abs(wanted).max())

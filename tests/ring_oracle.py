@@ -4,17 +4,17 @@ the element by points that crowd about the target."""
 from __future__ import annotations
 
 import numpy as np
+from panel_oracle import kelvin
 
 from petcontact.mesh.basis import gauss, lagrange
 
 PANELS, POINTS, GRADE = 12, 16, 0.3
-STRESS = ((0, 0), (1, 1), (0, 1), (2, 2), (0, 2), (1, 2))
-FIELD = np.array([[1.0, 0, 0], [0, 0, 1], [0, 1, 0]])
-"""Unit vectors along r, z and θ at a point (r, 0, z)."""
+FIELD = [0, 2, 1]
+"""Which of x, y, z are r, z, θ at a point (r, 0, z)."""
 
 
-def ring_kernels(r, R, step, normal, nu, stress):
-    """2µ R ∫ U, R ∫ T (k, 3, 3) and, where `stress`, R ∫ D, R ∫ S/2µ (k, 6, 3) over the angle.
+def ring_kernels(r, R, step, normal, nu):
+    """2µ R ∫ U and R ∫ T over the angle, (k, 3, 3).
 
     r : float; R (k,); step (k, 2) is (R - r, Z - z), normal (k, 2). Components are r, z, θ.
     """
@@ -28,66 +28,17 @@ def ring_kernels(r, R, step, normal, nu, stress):
     cos, sin, q = np.cos(angle), np.sin(angle), 2.0 * np.sin(0.5 * angle) ** 2
     dr, dz, R = step[:, :1], step[:, 1:] + 0.0 * angle, R[:, None]
     d = np.stack([dr - R * q, R * sin, dz], axis=-1)
-    nr, nz = normal[:, :1], normal[:, 1:]
-    n = np.stack([nr * cos, nr * sin, nz + 0.0 * angle], axis=-1)
-    none = 0.0 * angle
+    nr, nz, none = normal[:, :1], normal[:, 1:], 0.0 * angle
+    n = np.stack([nr * cos, nr * sin, nz + none], axis=-1)
     rows = [[cos, sin, none], [none, none, none + 1.0], [-sin, cos, none]]
     ring = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    rho = np.sqrt((dr**2 + dz**2) + 2.0 * r * R * q)
-    dn = nr * (dr + r * q) + nz * dz
-    found = _kelvin(d, n, rho, dn, nu) + (_kelvin_stress(d, n, rho, dn, nu) if stress else ())
-    to_field = [
-        np.einsum("kaij,fi,kasj->kafs", part, FIELD, ring, optimize=True) for part in found[:2]
-    ]
-    pairs = [(FIELD[i], FIELD[j]) for i, j in STRESS]
-    to_stress = [
-        np.stack(
-            [np.einsum("kaijl,i,j,kasl->kas", part, *pair, ring, optimize=True) for pair in pairs],
-            axis=2,
-        )
-        for part in found[2:]
-    ]
     whole = (R * weight)[:, :, None, None]
     # what is odd in the angle adds up to nothing
     even = np.array([[1.0, 1, 0], [1, 1, 0], [0, 0, 1]])
-    even_stress = np.array([[1.0, 1, 0]] * 4 + [[0, 0, 1]] * 2)
-    return [(whole * part).sum(axis=1) * even for part in to_field] + [
-        (whole * part).sum(axis=1) * even_stress for part in to_stress
+    return [
+        (whole * np.einsum("ijka,kasj->kais", part[FIELD], ring, optimize=True)).sum(axis=1) * even
+        for part in kelvin(d, n, nu)
     ]
-
-
-def _kelvin(d, n, rho, dn, nu):
-    """Kelvin's kernels for r = x - y = d, as in Brebbia's book."""
-    k, one = 1.0 - 2.0 * nu, np.eye(3)
-    rho_, dn_ = rho[..., None, None], dn[..., None, None]
-    dd = d[..., :, None] * d[..., None, :]
-    u = ((3.0 - 4.0 * nu) * one / rho_ + dd / rho_**3) / (8.0 * np.pi * (1.0 - nu))
-    skew = d[..., :, None] * n[..., None, :] - n[..., :, None] * d[..., None, :]
-    t = dn_ * (k * one + 3.0 * dd / rho_**2) - k * skew
-    t /= -8.0 * np.pi * (1.0 - nu) * rho_**3
-    return u, t
-
-
-def _kelvin_stress(d, n, rho, dn, nu):
-    """Those of stress, as D t + S u."""
-    k, one, dd = 1.0 - 2.0 * nu, np.eye(3), d[..., :, None] * d[..., None, :]
-    rho_, dn_ = rho[..., None, None, None], dn[..., None, None, None]
-    ddd = dd[..., None] * d[..., None, None, :]
-
-    def with_delta(v):
-        """δ_il v_j + δ_jl v_i and δ_ij v_l, indices i, j, l."""
-        first = np.einsum("il,kaj->kaijl", one, v)
-        return first + first.swapaxes(2, 3), np.einsum("ij,kal->kaijl", one, v)
-
-    (d_turned, d_bulk), (n_turned, n_bulk) = with_delta(d), with_delta(n)
-    by_t = (k * (d_turned - d_bulk) / rho_**3 + 3.0 * ddd / rho_**5) / (8.0 * np.pi * (1.0 - nu))
-    mixed = np.einsum("kai,kaj,kal->kaijl", n, d, d)
-    by_u = 3.0 * dn_ / rho_**5 * (k * d_bulk + nu * d_turned - 5.0 * ddd / rho_**2)
-    by_u += 3.0 * nu * (mixed + mixed.swapaxes(2, 3)) / rho_**5
-    by_u += k * (3.0 * np.einsum("kal,kaij->kaijl", n, dd) / rho_**5 + n_turned / rho_**3)
-    by_u -= (1.0 - 4.0 * nu) * n_bulk / rho_**3
-    by_u /= -8.0 * np.pi * (1.0 - nu)
-    return by_t, by_u
 
 
 class Arc:
@@ -116,7 +67,7 @@ class Arc:
         """The point at a distance on the left of the point s."""
         return self.start + self.chord(-1.0, np.array([s + 1.0]))[0] + distance * self.left(s)
 
-    def kernels(self, s, distance, nu, stress):
+    def kernels(self, s, distance, nu):
         """Points and weights in s, and `ring_kernels` there, of a target beside s (beyond an end: of
         a point of the line or circle); at distance 0 in pairs about s, for the principal value."""
         r, crowd = self.beside(s, distance)[0], _pairs if distance == 0.0 else _crowded
@@ -124,12 +75,12 @@ class Arc:
         at = s + offset
         step = self.chord(s, offset) - distance * self.left(s)
         normal = -np.stack([-np.sin(self.angle(at)), np.cos(self.angle(at))], axis=1)
-        found = ring_kernels(r, r + step[:, 0], step, normal, nu, stress)
+        found = ring_kernels(r, r + step[:, 0], step, normal, nu)
         return at, weight * self.half, found
 
-    def integrals(self, s, distance, nu, orders, stress=False):
-        """U, T and, where `stress`, D and S against the bases of some orders, (..., p+1)."""
-        at, weight, found = self.kernels(s, distance, nu, stress)
+    def integrals(self, s, distance, nu, orders):
+        """U and T against the bases of some orders, (..., p+1)."""
+        at, weight, found = self.kernels(s, distance, nu)
         return {
             p: [np.einsum("kij,bk->ijb", part, lagrange(p, at) * weight) for part in found]
             for p in orders

@@ -2,7 +2,7 @@
 orders can be measured.
 
 Muskhelishvili's potentials of p = p_0 sqrt(1 - x²/a²) and q = µp - µ p_0 c/a sqrt(1 - x²/c²); the
-far sides carry the exact displacement and traction. Run as a program it prints errors and orders.
+far sides carry the exact displacement and traction. `scripts/verify` prints errors and orders.
 """
 
 from __future__ import annotations
@@ -142,28 +142,3 @@ def test_edges_are_found(monkeypatch):
         np.array(solution.accuracy.edges["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=1e-6
     )
     assert max(step.iterations for step in solution.steps) <= 6
-
-
-def print_table():
-    """Errors over h, and in brackets the orders."""
-    print("| order | h | unknowns | p | q |\n| --- | --- | --- | --- | --- |")
-    for order, sizes in ((0, (0.2, 0.1, 0.05, 0.025)), (1, (0.2, 0.1, 0.05)), (3, (0.4, 0.2, 0.1))):
-        before = None
-        for h in sizes:
-            solution = solved(element_size=h, order=order)
-            error = errors(solution)
-            size = sum(2 * mesh.n_nodes for mesh in solution.meshes.values())
-            rates = (
-                ["", ""]
-                if before is None
-                else [f" ({rate:.2f})" for rate in np.log2(before / error)]
-            )
-            print(
-                f"| {order} | {h:g} | {size} | {error[0]:.2e}{rates[0]} | {error[1]:.2e}{rates[1]} "
-                f"|"
-            )
-            before = error
-
-
-if __name__ == "__main__":
-    print_table()

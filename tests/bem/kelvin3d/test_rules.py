@@ -19,14 +19,6 @@ from petcontact.mesh.panels import Panels
 from petcontact.model.problem import Material
 
 NU = 0.3
-OUTLINES = {
-    "rectangle": [[-1.0, -0.4], [1.0, -0.4], [1.0, 0.4], [-1.0, 0.4]],
-    "parallelogram": [[-1.2, -0.4], [0.8, -0.4], [1.2, 0.4], [-0.8, 0.4]],
-    "trapezium": [[-1.0, -0.4], [1.0, -0.4], [0.7, 0.4], [-0.5, 0.4]],
-    "turned trapezium": [[-1.0, -0.4], [1.0, -0.7], [1.0, 0.7], [-1.0, 0.3]],
-    "crooked": [[-1.0, -0.4], [1.0, -0.6], [0.9, 0.5], [-0.7, 0.6]],
-    "triangle": [[-1.0, -0.4], [1.0, -0.6], [0.9, 0.5]],
-}
 
 
 @pytest.mark.parametrize("corners", [3, 4])

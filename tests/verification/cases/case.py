@@ -7,6 +7,7 @@ NAME.reference.toml has the words and the values, NAME.toml the problem; or `pro
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import tomllib
 from dataclasses import dataclass, field
@@ -18,6 +19,12 @@ import petcontact
 from . import measures
 
 FOLDER = Path(__file__).parent
+ROOT = FOLDER.parents[2]
+PAGES = ROOT / "petcontact" / "manual" / "cases"
+TABLE = ROOT / "petcontact" / "manual" / "cases.md"
+PICTURES = ROOT / "configs" / "pictures" / "verification"
+DRAWN = PICTURES / "drawn.json"
+"""Digests of cases when their pictures were drawn."""
 KINDS = ("closed form", "external source", "another code")
 
 
@@ -135,3 +142,29 @@ def every() -> list[Case]:
     return sorted(
         (read(path) for path in FOLDER.glob("*/*.reference.toml")), key=lambda case: case.number
     )
+
+
+def digest_of(case: Case) -> str:
+    """Of what its pictures show: the problem, how it is solved, and the closed forms."""
+    posed = tomllib.loads(case.config.read_text()) if case.config else case.problem
+    return hashlib.sha256(repr((posed, case.accuracy, case.drawn)).encode()).hexdigest()[:16]
+
+
+def number(value: float) -> str:
+    """Six digits."""
+    return f"{value:.6g}"
+
+
+def rows(case: Case, computed: list[float]) -> list[list[str]]:
+    """Name, target, computed, ratio, tolerance, met, of each value."""
+    return [
+        [
+            value.name,
+            f"{number(value.reference)} {value.unit}".strip(),
+            number(found) if value.reference else f"{found:.1e}",
+            f"{found / value.reference:.4f}" if value.reference else "",
+            f"{value.tolerance:g}",
+            "yes" if value.met(found) else f"**no**: {value.missed}",
+        ]
+        for value, found in zip(case.values, computed, strict=True)
+    ]

@@ -149,12 +149,6 @@ def offset(solution, *, pair, component=0, step=None):
     )
 
 
-def end(solution, *, pair, which, component=0, state="closed", step=None):
-    """Coordinate of the first (0) or last (1) of these ends along the secondary, in the plane
-    [length]."""
-    return float(_edges(solution, pair, state, step)[which, component])
-
-
 def radius(solution, *, pair, state="closed", step=None):
     """Radius of the circle that has the area of what is "closed", or of the "stick" zone, in space
     [length]."""

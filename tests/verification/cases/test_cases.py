@@ -6,9 +6,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from verification.cases.case import every
-from verification.cases.drawing import digest_of
-from verification.cases.page import DRAWN, PAGES, TABLE, rows
+from verification.cases.case import DRAWN, PAGES, TABLE, digest_of, every, rows
 
 CASES = every()
 

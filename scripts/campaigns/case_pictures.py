@@ -3,12 +3,11 @@ reference."""
 
 from __future__ import annotations
 
-import hashlib
-import tomllib
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
+from verification.cases.measures import exact_values
 
 from petcontact.mesh.curve_mesh import CurveMesh
 from petcontact.results.figures import plane, space
@@ -16,19 +15,11 @@ from petcontact.results.figures.finite import end_at_corners
 from petcontact.results.figures.model import draw_model
 from petcontact.runtime.figure_style import label, legend_beside, save
 
-from .measures import exact_values
-
 COLOURS = 160
 """Of a PNG: a third of the size, and no difference that is seen."""
 CURVES = {"pressure": "p", "shear": "q"}
 LINES = ("displacement", "largest_von_mises")
 """Measures whose references are drawn on a line."""
-
-
-def digest_of(case) -> str:
-    """Of what its pictures show: the problem, how it is solved, and the closed forms."""
-    posed = tomllib.loads(case.config.read_text()) if case.config else case.problem
-    return hashlib.sha256(repr((posed, case.accuracy, case.drawn)).encode()).hexdigest()[:16]
 
 
 def problem_picture(solution, path: Path) -> Path:

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from .case import FOLDER, Case
+from verification.cases.case import ROOT, TABLE, Case, rows
 
-ROOT = FOLDER.parents[2]
-PAGES = ROOT / "petcontact" / "manual" / "cases"
-PICTURES = ROOT / "configs" / "pictures" / "verification"
-DRAWN = PICTURES / "drawn.json"
-"""Digests of cases when their pictures were drawn."""
 SHOWN = "../../../configs/pictures/verification"
-"""The same from a page."""
-TABLE = ROOT / "petcontact" / "manual" / "cases.md"
+"""The pictures from a page."""
 WITHOUT = """The source has values at points, and no closed form of p and q. So the picture has no curve of it.
 """
 KINDS = {
@@ -35,26 +29,6 @@ exact field it is 1e-3 or less.
 | case | quantity | target | computed | ratio | tolerance | met |
 | --- | --- | --- | --- | --- | --- | --- |
 """
-
-
-def number(value: float) -> str:
-    """Six digits."""
-    return f"{value:.6g}"
-
-
-def rows(case: Case, computed: list[float]) -> list[list[str]]:
-    """Name, target, computed, ratio, tolerance, met, of each value."""
-    return [
-        [
-            value.name,
-            f"{number(value.reference)} {value.unit}".strip(),
-            number(found) if value.reference else f"{found:.1e}",
-            f"{found / value.reference:.4f}" if value.reference else "",
-            f"{value.tolerance:g}",
-            "yes" if value.met(found) else f"**no**: {value.missed}",
-        ]
-        for value, found in zip(case.values, computed, strict=True)
-    ]
 
 
 def _line(cells: list[str]) -> str:
