@@ -10,18 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from smooth_field import STEEL, boundary_data, exact, meshed
 
-from petcontact import Box, Contact, Cylinder, Material, MeshOptions, Polygon, Problem, Sphere
-from petcontact.fields.boundary.gradients import surface_gradient
-from petcontact.fields.boundary.places import best_places, located, nodal_places
-from petcontact.fields.boundary.stress import BoundaryField, components, hooke
+from petcontact import Contact, Cylinder, Material, MeshOptions, Polygon, Problem, Sphere
+from petcontact.fields.boundary.places import best_places, nodal_places
+from petcontact.fields.boundary.stress import BoundaryField, components
 from petcontact.fields.interior import field_at
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.refinement.meshes import mesh_of
-from petcontact.results.body_fields import BodyFields
-from petcontact.results.records import BodyResult
 
 CUBE = BoxSurface(np.full(3, -1.0), np.ones(3))
 SOFT = Material(2.6, 0.3)
@@ -67,28 +64,6 @@ def test_exact_data_on_arcs_and_straight_sides(order, size, nodes, best, plane):
         assert np.abs(field.stress(element, place) - stress).max() < bound * np.abs(stress).max()
 
 
-def test_between_the_nodes_slopes_are_of_one_order_more():
-    rates = []
-    for h in (0.2, 0.1):
-        mesh = meshed(order=2, element_size=h)
-        u, traction = boundary_data(mesh)
-        errors = []
-        for places in (nodal_places(mesh), best_places(mesh)):
-            x = at(mesh, *places)
-            normal = np.column_stack([mesh.variables_at(*places)[n] for n in ("nx", "ny")])
-            plain = hooke(
-                mesh.basis_at(*places) @ traction, normal, surface_gradient(mesh, u, *places), STEEL
-            )
-            recovered = BoundaryField(mesh, u, traction, STEEL).stress(*places)
-            errors += [
-                np.abs(found - exact(x)[1]).max() for found in (components(plain), recovered)
-            ]
-        rates.append(errors)
-    at_nodes, recovered_at_nodes, between, recovered_between = np.log2(np.divide(*rates))
-    assert at_nodes < 2.4 and min(recovered_at_nodes, between, recovered_between) > 2.6
-    assert rates[1][1] < 0.2 * rates[1][0]
-
-
 def kelvin(x, force=(0.3, -0.5, 1.0), source=(0.2, 0.1, 1.9)):
     """Displacement and stress of a point force outside the cube, μ = 1, ν = 0.3."""
 
@@ -116,27 +91,6 @@ def test_exact_data_on_panels(order, size, bounds):
     for (element, place), bound in zip(places, bounds, strict=True):
         wanted = components(kelvin(at(mesh, element, place))[1])
         assert np.abs(field.stress(element, place) - wanted).max() < bound * np.abs(wanted).max()
-
-
-@pytest.mark.parametrize("depth", [1e-5, 0.005, 0.03])
-def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
-    """The field of the data as they are has jumps at the panels' edges, with stresses that grow
-    towards these."""
-    mesh = box_mesh(CUBE, lambda part: 0.25, 2, 1.0)
-    u, stress = kelvin(mesh.x)
-    problem = Problem(
-        material=SOFT, geometry=Box((-1, -1, -1), (1, 1, 1)), boundary=[Contact("top")]
-    )
-    found = BodyResult(u, np.einsum("nij,nj->ni", stress, mesh.normal))
-    fields = BodyFields(problem.loaded[0], mesh, found, None, np.full(mesh.n_nodes, -1), {1: 1.0})
-    top = np.flatnonzero(mesh.part == mesh.part_names.index("top"))[::5]
-    element, place = everywhere(mesh, 2, np.random.default_rng(0))
-    chosen = np.isin(element, top)
-    x = at(mesh, element[chosen], place[chosen]) - [0.0, 0.0, depth]
-    x = x[np.abs(x[:, :2]).max(axis=1) < 0.9]
-    assert (
-        np.abs(fields.at(x).stress - components(kelvin(x)[1])).max() < 4.5e-3 * np.abs(stress).max()
-    )
 
 
 def triangles(mesh):
@@ -293,30 +247,6 @@ def test_linear_fields_on_constant_elements(kind):
     stress = 2.0 * SOFT.shear_modulus * (strain + 0.3 / 0.4 * np.trace(strain) * np.eye(d))
     field = BoundaryField(mesh, mesh.x @ slope.T, mesh.normal @ stress, SOFT)
     assert np.abs(field.stress(*best_places(mesh)) - components(stress[None])).max() < 1e-11
-
-
-@settings(max_examples=4, deadline=None)
-@given(seed=st.integers(0, 10**6), order=st.integers(0, 3), space=st.booleans())
-def test_points_of_the_boundary_are_found(seed, order, space):
-    rng = np.random.default_rng(seed)
-    mesh = (
-        box_mesh(CUBE, lambda part: 0.8, order, 1.0)
-        if space
-        else meshed(order=order, element_size=rng.uniform(0.2, 2.0))
-    )
-    element, place = everywhere(mesh, 3, rng)
-    x = at(mesh, element, place)
-    found, where = located(mesh, x)
-    assert np.all(found >= 0)
-    assert np.abs(at(mesh, found, where) - x).max() < 1e-13 * np.abs(mesh.x).max()
-    normal = np.column_stack(
-        [mesh.variables_at(element, place)[f"n{c}"] for c in "xyz"[: mesh.dim]]
-    )
-    assert np.all(located(mesh, x - 1e-3 * normal)[0] != element)
-    part = int(rng.integers(len(mesh.part_names)))
-    held = located(mesh, x, mesh.part_names[part])[0]
-    assert np.all(held[mesh.part[element] == part] >= 0)
-    assert np.all(mesh.part[held[held >= 0]] == part)
 
 
 def test_a_kink_at_the_end_of_a_state_is_not_smoothed():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from examples import example
 
-from petcontact import MeshOptions, field_on_grid, load, solve, write_solution
+from petcontact import MeshOptions, load, solve, write_solution
 from petcontact.commands.main import main
 
 pytestmark = pytest.mark.usefixtures("unsampled")
@@ -58,16 +58,6 @@ def test_options_that_are_wrong_or_would_do_nothing_are_refused(result, words, m
     assert message in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_progress_rises_from_nothing_and_changes_nothing():
-    solution = solve(example(1, mesh=MeshOptions(element_size=0.02)))
-    arguments = solution.mesh, solution.u, solution.traction, solution.problem.material, (20, 20)
-    shares = []
-    told, silent = field_on_grid(*arguments, shares.append), field_on_grid(*arguments)
-    assert shares[0] == 0.0 and len(shares) > 3 and shares == sorted(shares) and shares[-1] < 1.0
-    assert np.array_equal(told.stress, silent.stress)
-
-
 def rows(path):
     with open(path) as file:
         return list(csv.DictReader(file))
@@ -82,27 +72,6 @@ def steps(tmp_path_factory):
     solution = solve(load(CONFIGS / "fretting.toml", coarse))
     solution.save(path)
     return solution, path
-
-
-@pytest.mark.slow
-def test_points_inside_and_on_the_boundary(steps, tmp_path):
-    """By step and body, as Python gives them; names in the first line and columns after the
-    coordinates are passed over."""
-    solution, path = steps
-    points, out = tmp_path / "points.csv", tmp_path / "out.csv"
-    points.write_text("x, y, note\n0.0, 0.0, on the face\n0.3; -0.5\n-3.0 -1.0\n")
-    assert main(f"field {path} --points {points} --body lower --step 2 -o {out}".split()) == 0
-    found = rows(out)
-    state = solution.state_at([[0.0, 0.0], [0.3, -0.5], [-3.0, -1.0]], "lower", 2)
-    for name, values in (
-        ("sigma_xy", state.stress[:, 2]),
-        ("von_mises", state.von_mises),
-        ("uy", state.u[:, 1]),
-    ):
-        assert [float(row[name]) for row in found] == pytest.approx(values, rel=1e-9, abs=1e-12)
-    # on the free side the traction vanishes
-    assert abs(float(found[2]["sigma_xx"])) < 1e-3 * float(found[0]["von_mises"])
-    assert set(found[0]) >= {"x", "y", "principal_1", "principal_3", "sigma_zz", "ux"}
 
 
 def test_points_in_space(tmp_path):

@@ -17,19 +17,16 @@ from petcontact import (
     InputError,
     Material,
     MeshOptions,
-    OutputError,
     PointForce,
     Problem,
     Rectangle,
     Traction,
     solve,
 )
-from petcontact.fields.interior import field_at, field_on_grid
+from petcontact.fields.interior import field_at
 from petcontact.fields.interior_grid import triangulate
-from petcontact.fields.smoothing import smoothed
-from petcontact.fields.stress_state import Field, StressState
+from petcontact.fields.stress_state import StressState
 from petcontact.results.vtu.boundary import write_boundary_vtu
-from petcontact.results.vtu.inside import write_vtu
 
 POINTS = np.array(
     [[2.5, 0.5], [1.0, 0.3], [3.9, 1.99], [0.31, 0.31], [2.0, 0.55], [0.001, 1.5], [3.3, 1e-4]]
@@ -89,22 +86,6 @@ def test_stress_goes_on_from_the_inside_to_the_boundary_beside_a_point_force(d):
     assert np.abs(np.diff(stress, axis=0)).max() < 0.1 * size
 
 
-def test_smoothing_is_exact_for_linear_data_and_of_second_order_for_the_rest():
-    jumps = []
-    for size in (0.2, 0.1):
-        mesh = meshed(Rectangle(lower_left=(0, 0), upper_right=(4, 2)), element_size=size)
-        linear = np.column_stack([1.0 + mesh.x @ [2.0, -1.0], mesh.x @ [0.5, 3.0]])
-        finer, u, traction = smoothed(mesh, linear, linear)
-        wanted = np.column_stack([1.0 + finer.x @ [2.0, -1.0], finer.x @ [0.5, 3.0]])
-        assert finer.n_nodes == 3 * mesh.n_nodes
-        assert np.allclose(u, wanted, rtol=1e-13) and np.allclose(traction, wanted, rtol=1e-13)
-        finer, u, _ = smoothed(mesh, np.sin(mesh.x), np.cos(mesh.x))
-        jumps.append(np.abs(u - np.sin(finer.x)).max())
-    assert np.log2(jumps[0] / jumps[1]) > 2.5
-    kept = smoothed(finer, u, u)
-    assert kept[0] is finer and kept[1] is u
-
-
 def test_grid_fills_the_body_and_keeps_inside():
     mesh = meshed(element_size=0.1)
     points, cells = triangulate(mesh, (60, 30))
@@ -151,25 +132,6 @@ def test_von_mises_and_principal_stresses():
     assert np.allclose(state.tensor, full)
     assert np.allclose(state.von_mises, np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2))))
     assert np.allclose(state.principal_in_plane, np.linalg.eigvalsh(full[:, :2, :2])[:, ::-1])
-
-
-def test_field_on_a_grid_and_its_file(tmp_path):
-    mesh = meshed(element_size=0.1)
-    field = field_on_grid(mesh, *boundary_data(mesh), STEEL, (24, 12))
-    u, stress = exact(field.x)
-    assert isinstance(field, Field) and np.abs(field.u - u).max() < 1e-4 * np.abs(u).max()
-    assert np.abs(field.stress - stress).max() < 2e-2 * np.abs(stress).max()
-    assert np.allclose(field.sigma_zz, 0.3 * (field.stress[:, 0] + field.stress[:, 1]))
-    write_vtu(tmp_path / "field.vtu", field)
-    back = meshio.read(tmp_path / "field.vtu")
-    assert np.array_equal(back.points[:, :2], field.x)
-    assert np.array_equal(back.cells_dict["triangle"], field.cells)
-    assert np.array_equal(back.point_data["displacement"][:, :2], field.u)
-    assert np.array_equal(back.point_data["stress"][:, [0, 1, 3]], field.stress)
-    assert np.array_equal(back.point_data["von_mises"], field.von_mises)
-    assert [path.name for path in tmp_path.iterdir()] == ["field.vtu"]
-    with pytest.raises(OutputError, match="cannot be written"):
-        write_vtu(tmp_path / "none" / "field.vtu", field)
 
 
 def test_boundary_file(tmp_path):

@@ -39,23 +39,14 @@ def worst(mesh, corners=False):
     return np.array(errors).T
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("order", "sizes", "u", "stress"),
-    [
-        (0, (0.1, 0.05), 1e-4, 6e-3),
-        (1, (0.2, 0.1), 2e-3, 3e-2),
-        (4, (0.2, 0.1), 5e-7, 3e-4),
-    ],
+    ("order", "size", "bound"), [(0, 0.1, 6e-3), (1, 0.2, 3e-2), (4, 0.2, 3e-4)]
 )
-def test_stress_is_bounded_next_to_joints_and_converges_there(order, sizes, u, stress):
-    """Without care it is 3e8 times the largest stress at 1e-12 (order 1); toe and bottom are
-    different parts."""
-    coarse, fine = (worst(meshed(element_size=size, order=order)) for size in sizes)
-    assert coarse[0].max() < u and coarse[1].max() < stress
-    # the same at 1e-3 and at 1e-10
-    assert coarse[1].max() < 3.0 * coarse[1][1] + 1e-3 * stress
-    assert fine[0].max() < 0.6 * coarse[0].max() and fine[1].max() < 0.8 * coarse[1].max()
+def test_stress_is_bounded_next_to_joints(order, size, bound):
+    """The same at 1e-3 and at 1e-10; without care it is 3e8 times the largest stress at 1e-12 (order
+    1). Toe and bottom are different parts."""
+    errors = worst(meshed(element_size=size, order=order))[1]
+    assert errors.max() < bound and errors.max() < 3.0 * errors[1] + 1e-3 * bound
 
 
 @pytest.mark.parametrize("order", [1, 4])

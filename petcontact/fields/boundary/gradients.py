@@ -2,53 +2,31 @@
 
 from __future__ import annotations
 
-import functools
-from typing import Any
-
 import numpy as np
 
 from ...arrays import Array, Index
-from ...mesh.basis import lagrange_slopes
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 
 
-@functools.singledispatch
-def surface_gradient(mesh: Any, values: Array, element: Index, place: Array) -> Array:
-    """Return the derivatives of nodal values along the boundary.
+def surface_gradient(mesh: SurfaceMesh, values: Array, element: Index, place: Array) -> Array:
+    """Return the derivatives of nodal values along the boundary of a body in space.
 
     Parameters
     ----------
-    mesh : BoundaryMesh
+    mesh : SurfaceMesh
         n nodes.
     values : (n, k) array
     element : (q,) array
         Numbers of elements.
-    place : (q,) or (q, 2) array
-        Places on the elements (see `Hits`): fractions of the arc length, or local coordinates of
-        panels.
+    place : (q, 2) array
+        Places on the elements (see `Hits`): local coordinates of panels.
 
     Returns
     -------
-    (q, k, d) array
+    (q, k, 3) array
         Gradient of each value in the tangent plane, along the coordinate axes [1/length].
     """
-    raise TypeError(f"no gradients on {type(mesh).__name__}")
-
-
-@surface_gradient.register
-def _(mesh: CurveMesh, values: Array, element: Index, place: Array) -> Array:
-    slope, xi = np.empty((len(element), values.shape[1])), 2.0 * place - 1.0
-    for order in np.unique(mesh.order[element]).tolist():
-        mine = np.flatnonzero(mesh.order[element] == order)
-        nodes = mesh.first_node[element[mine]][:, None] + np.arange(order + 1)
-        slope[mine] = np.einsum("bq,qbk->qk", lagrange_slopes(order, xi[mine]), values[nodes])
-    slope /= 0.5 * mesh.length[element][:, None]
-    return np.asarray(slope[:, :, None] * tangents(mesh, element, place)[:, None])
-
-
-@surface_gradient.register
-def _(mesh: SurfaceMesh, values: Array, element: Index, place: Array) -> Array:
     result = np.empty((len(element), values.shape[1], 3))
     for kind in np.unique(mesh.kind[element]):
         mine = np.flatnonzero(mesh.kind[element] == kind)
