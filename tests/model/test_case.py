@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from petcontact import InputError, Material, Polygon, Problem, Traction, load
+from petcontact import Contact, InputError, Material, Polygon, Traction, load
 from petcontact.model.case import parse_problem
 
 EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
@@ -60,35 +60,24 @@ TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": 
     ("key", "value", "wanted"),
     [
         ("boundary.0.friction_bound", ["x", 1], f"{FINITE} or an expression"),
-        ("boundary.0.friction_bound", float("nan"), f"boundary[0].friction_bound: {FINITE}"),
-        ("boundary.0.friction_bound", True, "got True"),
         ("boundary.0.friction_bound", 10**400, f"boundary[0].friction_bound: {FINITE}"),
         ("boundary.0.part", ..., "boundary[0].part: this key is required"),
         ("boundary.0.friction_bund", 1, "unknown key, did you mean 'friction_bound'?"),
         ("boundary.0.condition", "contakt", "got 'contakt', did you mean 'contact'?"),
-        ("boundary.0.condition", ..., "this key is required, must be one of 'contact'"),
         ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
-        ("boundary.1.value", [0.0] * 4, "boundary[1].value: array must have at most 3 items"),
-        ("boundary.1.value", [0.0, float("inf")], f"boundary[1].value[1]: {FINITE} or an"),
-        ("boundary.1.value", "free", "boundary[1].value: must be an array, got 'free'"),
         ("boundary.1.value", 4.0, "in brackets: [4.0, ...]"),
         ("boundary.2.pressure", 3.0, "either value = [tx, ty] or pressure = p, got both"),
         ("boundary.0.gap", 0.1, "boundary[0]: normal: this key is required beside a gap or"),
         ("boundary", [1], "boundary[0]: must be a table, got 1"),
-        ("geometry.shape", "rectangel", "geometry.shape: must be one of "),
-        ("geometry.lower_left", ["a", 0.0], "geometry.lower_left[0]: must be a number, got 'a'"),
         ("geometry", TWO_NAMES, "geometry: 3 vertices need as many part names in parts, got 2"),
         ("material.young_modulus", "1 MPa", "a number has no unit here: 1; [units] names units"),
         ("geometry.upper_right", [0.0, 0.0], "upper_right [0.0, 0.0]"),
-        ("material.young_modulus", -1.0, "must be greater than 0, got -1.0"),
         ("material.young_modulus", 1e300, "must be at most 1e+150, got 1e+300"),
-        ("geometry.lower_left", [-1e200, 0.0], "must be greater than or equal to -1e+60"),
         ("material.poisson_ratio", 0.5, "poisson_ratio must lie in (-1, 1/2), got 0.5"),
         ("material.nu", 0.3, "material.nu: unknown key, did you mean 'poisson_ratio'?"),
         ("plane", "stress", "plane: unknown key; it is a key of [material]"),
         ("material", 5, "material: must be a table, got 5"),
         ("method.omega", 2.0, "method.omega: must be less than 2, got 2.0"),
-        ("method.max_iterations", 1.5, "method.max_iterations: must be an integer, got 1.5"),
         ("method.max_iterations", 10**30, "method.max_iterations: must be less than"),
         ("mesh.graded_points", [[1.0]], "mesh.graded_points[0]: has 1 entries, too few"),
         ("petsc", {"ksp_type": ["lu"]}, "must be text, a number or true/false, got ['lu']"),
@@ -101,25 +90,16 @@ def test_each_mistake_names_its_key(key, value, wanted):
     assert wanted in message(data(key, value))
 
 
-def test_several_mistakes_are_named():
-    """Three of them; the others are counted."""
-    wrong = data("method.omega", 5.0)
-    wrong["method"]["tau"] = -1.0
-    assert "method.omega: " in message(wrong) and "; method.tau: " in message(wrong)
-    wrong["method"] |= {"rho": -1.0, "max_iterations": -1}
-    assert message(wrong).count("method.") == 3 and message(wrong).endswith("; and 1 more")
-
-
 @pytest.mark.parametrize(
     ("build", "wanted"),
     [
         (lambda: Material(-1.0, 0.3), "young_modulus: must be greater than 0, got -1.0"),
-        (lambda: Material(1.0), "poisson_ratio: this key is required"),
         (lambda: Material(1.0, 0.51, "stress"), "poisson_ratio must lie in (-1, 1/2] in plane"),
-        (lambda: Material(1.0, 0.3, nu=1), "nu: unknown key"),
         (lambda: Traction("top"), "needs either value"),
+        (lambda: Contact("bottom", part="top"), "Contact: part is given twice"),
+        (lambda: Material(1.0, 0.3, "strain", 4), "takes young_modulus, poisson_ratio, plane in"),
+        (lambda: Contact(3), "part: must be a string, got 3"),
         (lambda: Polygon([(0, 0), (1, 0)], ["a", "b"]), "vertices: array must have at least 3"),
-        (lambda: Problem(material=3), "material: must be a table, got 3"),
     ],
 )
 def test_the_same_lines_from_python(build, wanted):
@@ -133,7 +113,6 @@ def test_the_same_lines_from_python(build, wanted):
     [
         (b"", "material: this key is required"),
         (b"\x00\x01\x89HDF\xff", "not a text file"),
-        (b"\x00", "not valid TOML"),
         (b"title = ", "not valid TOML"),
         (b"a = 1\na = 2", "not valid TOML"),
         (b"a = [1, box]", 'a text needs quotes: "box"'),
@@ -149,10 +128,9 @@ def test_the_same_lines_from_python(build, wanted):
             "at most 3 items, not 4, .* a decimal point, not a comma",
         ),
         (b"x = " + b"[" * 5000, "nested deeper than 16 levels"),
-        (b"x = " + b"9" * 10_000, "not valid TOML"),
         (b"#" * 4_000_001, "larger than"),
     ],
-    ids=range(17),
+    ids=range(15),
 )
 def test_files_that_are_no_config(content, wanted, tmp_path):
     path = tmp_path / "c.toml"
@@ -202,7 +180,6 @@ def test_a_config_may_come_through_a_pipe():
         ("title.x", "'title' is not a table"),
         ("boundary.9.part", "'9' is no entry, entries are 0 to 3"),
         ("boundary.part", "'part' is no entry"),
-        ("", "unknown key"),
         ("..", "unknown key"),
         ("methd.rho", "unknown key"),
     ],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,6 @@ from shapes import drawn, elastic, moved, rectangle, touching
 
 from petcontact import InputError
 from petcontact.model.case import parse_problem
-from petcontact.model.cycle import cycle_steps
 from petcontact.pipeline.pose.discretise import discretise
 
 
@@ -41,12 +39,6 @@ def problem(**changes):
         {key.replace("__", "."): value for key, value in changes.items()},
         Path(),
     )
-
-
-def test_a_cycle():
-    posed = problem()
-    assert posed.cycle.jump == "auto" and list(cycle_steps(posed)) == [2, 3]
-    assert parse_problem(tomllib.loads(posed.toml()), "test.toml", {}, Path()) == posed
 
 
 SMOOTH = touching("c", "top", "pad")

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import copy
 import os
-import pickle
 import re
 import tomllib
 from pathlib import Path
@@ -156,28 +155,6 @@ def test_unknown_keys_of_the_flat_spelling(change, wanted):
     assert message({**FLAT, **change}).startswith(wanted)
 
 
-def test_one_body_needs_conditions_or_contacts():
-    bare = {key: FLAT[key] for key in ("material", "geometry")}
-    assert message(bare) == "c: boundary: this key is required"
-    assert (
-        parse(
-            Problem, {**bare, **{key: FLAT[key] for key in ("obstacle", "contact")}}, "c"
-        ).boundary
-        == ()
-    )
-
-
-def test_keys_of_the_body_are_read_and_changed_where_there_is_one():
-    problem = block(title="a")
-    assert problem.material.young_modulus == 1e4 and problem.boundary[0].part == "bottom"
-    changes = {"mesh": MeshOptions(0.5), "boundary": problem.boundary[:1], "method": Method("tao")}
-    new = problem.model_copy(update=changes)
-    assert (new.mesh.element_size, len(new.body[0].boundary)) == (0.5, 1)
-    assert (new.method.name, new.title) == ("tao", "a")
-    assert problem.mesh == MeshOptions() and new.geometry is problem.geometry
-    assert pickle.loads(pickle.dumps(new)) == new
-
-
 @pytest.mark.parametrize("key", BODY)
 def test_of_several_bodies_each_has_its_own(key):
     with pytest.raises(
@@ -201,25 +178,6 @@ def test_values_by_place_are_those_by_name():
     assert Obstacle("punch", "free").displacement == "free" and Bem("hodlr").mat_type == "hodlr"
 
 
-MISSPELT = {"condition": "contact", "part": "a", "friction_bund": 3}
-
-
-@pytest.mark.parametrize(
-    ("build", "wanted"),
-    [
-        (lambda: Contact("bottom", part="top"), "Contact: part is given twice"),
-        (lambda: Material(1.0, 0.3, "strain", 4), "takes young_modulus, poisson_ratio, plane in"),
-        (lambda: Contact(3), "part: must be a string, got 3"),
-        (lambda: Displacement("top"), "value: this key is required"),
-        (lambda: block(boundary=[MISSPELT]), "boundary[0].friction_bund: unknown key, did you"),
-    ],
-)
-def test_mistakes_by_place_are_one_line(build, wanted):
-    with pytest.raises(InputError) as caught:
-        build()
-    assert wanted in str(caught.value)
-
-
 FULL = Method(formulation="full", start="frictionless")
 PROJECTION = Method("projection", omega=1.0, start="r.h5")
 POINT = {"graded_points": [(1, 0)]}
@@ -240,20 +198,25 @@ POINT = {"graded_points": [(1, 0)]}
             False,
             "mesh.levels mesh.graded_points mesh.accuracy",
         ),
+        # adaptive solves in space begin with the mesh that is asked for
+        (load(CONFIGS / "space_b.toml", {"mesh.order": 1, "mesh.accuracy": 0.1}), True, ""),
     ],
 )
 def test_keys_that_a_solve_does_not_read(problem, adaptive, wanted):
     assert problem.ignored(adaptive=adaptive) == wanted.split()
 
 
-def test_keys_that_are_not_read_in_space_and_of_several_bodies():
-    """Adaptive solves in space begin with the mesh that is asked for; keys name their body."""
-    problem = load(CONFIGS / "space_b.toml", {"mesh.order": 1, "mesh.accuracy": 0.1})
-    assert problem.ignored(adaptive=True) == [] and problem.ignored() == ["mesh.accuracy"]
-    lower, upper = two().body
-    sized = upper.model_copy(update={"mesh": MeshOptions(1.0)})
-    problem = two().model_copy(update={"body": (lower, sized)})
-    assert problem.ignored(adaptive=True) == ["body[1].mesh.element_size"]
+def test_files_that_a_config_names_are_regular_and_bounded(tmp_path):
+    (tmp_path / "file").write_bytes(b"12345")
+    os.mkfifo(tmp_path / "fifo")
+    assert regular_file(tmp_path / "file", 5) == tmp_path / "file"
+    for name, most, wanted in (
+        ("fifo", 5, "not a regular file"),
+        ("none", 5, "No such file"),
+        ("file", 4, "5 bytes, larger than the 4 that are read"),
+    ):
+        with pytest.raises(InputError, match=wanted):
+            regular_file(tmp_path / name, most)
 
 
 def test_a_problem_shows_itself_in_a_few_lines():
@@ -279,23 +242,6 @@ def test_a_problem_shows_itself_in_a_few_lines():
 
 def g(x):
     return 1.0 + 0.0 * x
-
-
-def test_files_that_a_config_names_are_regular_and_bounded(tmp_path):
-    (tmp_path / "file").write_bytes(b"12345")
-    os.mkfifo(tmp_path / "fifo")
-    assert regular_file(tmp_path / "file", 5) == tmp_path / "file"
-    for name, wanted in (
-        ("fifo", "not a regular file"),
-        (".", "not a regular file"),
-        ("/dev/zero", "not a regular file"),
-        ("none", "No such file"),
-        ("a\0b", "no file name"),
-    ):
-        with pytest.raises(InputError, match=wanted):
-            regular_file(f"/{name}" if name.startswith("/") else f"{tmp_path}/{name}", 5)
-    with pytest.raises(InputError, match="5 bytes, larger than the 4 that are read"):
-        regular_file(tmp_path / "file", 4)
 
 
 @pytest.mark.parametrize("name", ["a\0b", "a\nb", "\x1b[2J"])
