@@ -4,8 +4,6 @@ not."""
 from __future__ import annotations
 
 import os
-import threading
-from pathlib import Path
 
 import pytest
 
@@ -87,28 +85,6 @@ def test_who_comes_second_replaces_nothing_and_loses_nothing(tmp_path, monkeypat
         "r-3.h5",
         "r.h5",
     ]
-
-
-def test_many_writers_at_once_lose_nothing(tmp_path):
-    """Each text ends up in one file; those that were late get an error."""
-    barrier, late = threading.Barrier(6), []
-
-    def one(number):
-        barrier.wait()
-        try:
-            write(tmp_path / "r.h5", str(number), replace=False)
-        except OutputError:
-            late.append(number)
-
-    threads = [threading.Thread(target=one, args=(k,)) for k in range(6)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert sorted(path.read_text() for path in Path(tmp_path).iterdir()) == [
-        str(k) for k in range(6)
-    ]
-    assert len(late) == 5 and (tmp_path / "r.h5").read_text() not in map(str, late)
 
 
 def test_a_folder_where_nothing_can_be_made_is_told_before_the_work(tmp_path, monkeypatch):

@@ -4,15 +4,17 @@ refused before."""
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact.errors import InputError
-from petcontact.model.case import parse_problem
+from petcontact.model.case import load
 from petcontact.runtime.petsc_options import check, of_files, refused_in_config
 
+CONFIG = Path(__file__).parents[2] / "configs/example1.toml"
 SOLVERS = """
 ksp_type fgmres
 elastic_pc_type lu
@@ -22,8 +24,6 @@ pc_factor_mat_solver_type superlu_dist
 mat_mumps_icntl_14 80
 bem_mat_type hodlr
 ksp_view ::ascii_info_detail
-elastic_ksp_monitor_short ascii
-pc_fieldsplit_0_fields 0-3
 no_such_option 7
 """
 CODE = """
@@ -31,57 +31,34 @@ pc_type python
 ksp_type Python
 sub_ksp_type python
 pc_python_type os.system
-SNES_Python_Type m
-ksp_monitor_python m
 pc_composite_pcs lu,python
 dll_append evil.so
-elastic_pc_factor_mat_solver_type evil.so:make
 ksp_guess_type evil.so:f
 pc_shell_library evil
 start_in_debugger gdb
-on_error_attach_debugger noxterm
-debugger_nodes 0
-on_error_emacs x
 """
 FILES = """
 ksp_view :problem.toml
 Elastic_KSP_Monitor ascii:f
-ksp_view_mat binary:f
 ksp_view_rhs binary
-mg_levels_1_ksp_monitor_true_residual ascii:f::append
 ksp_view_eigenvalues draw
-mat_view matlab:f
 vec_view vtk:f
-ksp_view_pmat socket:9999
-ksp_view_singularvalues saws
 ksp_view_final_residual ::ascii_info,:f
 tao_gmonitor f
-sub_tao_view_solution ascii
 log_view :f
-info :f
-log_trace f
 history f
-malloc_dump f
 citations f
 options_file f
-options_file_yaml f
-options_left 1
-viewer_binary_filename f
 saws_port 80
-draw_save f
 display host:0
-tmp /etc
 mat_mumps_ooc_tmpdir x
-pc_hpddm_dump_matrices f
 some_filename f
-ksp_monitor_lg_range 1
 petsc_sleep 100
 """
 SHAPES = """
 ksp_type gmres -pc_type python
 pc_type ../x
 ksp_rtol 1e-8;
-ksp_max_it a b
 ksp_atol $HOME
 mat_something config.toml
 elastic_ksp_gmres_restart 100000000
@@ -103,16 +80,6 @@ def pairs(text):
     return [line.split(" ", 1) for line in text.strip().splitlines()]
 
 
-PROBLEM = {
-    "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-    "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1.0]},
-    "boundary": [
-        {"part": "bottom", "condition": "contact", "friction_bound": 1.0},
-        {"part": "top", "condition": "displacement", "value": [0.0, 0.0]},
-    ],
-}
-
-
 def test_a_config_chooses_solvers_and_prints():
     numbers = {"ksp_rtol": 1e-8, "ksp_max_it": 10000, "ksp_monitor": "", "tao_monitor": ""}
     assert refused_in_config(dict(pairs(SOLVERS)) | numbers | {"ksp_converged_reason": True}) == ""
@@ -126,13 +93,9 @@ def test_a_config_runs_no_code_and_writes_no_file(name, value):
 
 
 def test_the_file_and_the_key_are_named():
-    with pytest.raises(
-        InputError,
-        match=r"^a\.toml: petsc: pc_type = 'python': a config runs no code; -pc_type on the",
-    ):
-        parse_problem({**PROBLEM, "petsc": {"pc_type": "python"}}, "a.toml", {}, None)
-    with pytest.raises(InputError, match=r"^a\.toml: petsc: ksp_view = ':a\.toml': "):
-        parse_problem(PROBLEM, "a.toml", {"petsc.ksp_view": ":a.toml"}, None)
+    refused = r"example1\.toml: petsc: pc_type = 'python': a config runs no code; -pc_type on the"
+    with pytest.raises(InputError, match=refused):
+        load(CONFIG, {"petsc.pc_type": "python"})
 
 
 @given(
@@ -175,9 +138,7 @@ def test_options_files_are_read_as_petsc_would(tmp_path):
         "-fp_trap",
         "-fp_trap on",
         "-ksp_gmres_restart 100000000",
-        "-elastic_ksp_lgmres_restart 9999999",
         "-log_view :{folder}/none/x",
-        "-history {folder}/none/x",
         "-ksp_view ascii:/",
         "-options_file",
     ],
@@ -197,11 +158,8 @@ def test_the_command_line_is_the_users(tmp_path):
     "line",
     [
         "-python ./x.sh",
-        "-dll_prepend ./x.so",
         "-ksp_rtol 1e-8 -pc_python_type evil.P",
-        "-history FILE",
         "-options_file .petscrc",
-        "-log_view :FILE",
         "alias -ksp_view -python",
         "hello world",
     ],
