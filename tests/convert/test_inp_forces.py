@@ -125,6 +125,12 @@ def test_what_a_contact_is_and_its_clearance(behaviour, normal, coefficient, tmp
     assert pair.secondary == "body2.HIGH" and notes == []
 
 
+def test_nodes_that_are_held_one_by_one_hold_their_faces(tmp_path):
+    text = block("CPE4", "*BOUNDARY", "1, 1, 2", "3, 2, 2", "3, 1, 1", counts=(1, 1))
+    (condition,) = converted(tmp_path, text)[0].body[0].boundary
+    assert (condition.part, condition.value) == ("NODES1+NODES2", (0.0, 0.0))
+
+
 def test_bodies_of_revolution_beside_others_are_refused(tmp_path):
     low, _ = grid([0.0, 0.0], [1.0, 1.0], (1, 1), 1, 1, "CPE4", "ALL")
     high, _ = grid([0.0, 2.0], [1.0, 3.0], (1, 1), 11, 11, "CAX4", "ALL")
