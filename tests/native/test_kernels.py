@@ -5,13 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from examples import example
 from kernel_oracle import free, outline
-from prepared import operators
 
-from petcontact import Displacement, MeshOptions
-from petcontact.bem import kernels as bem_kernels
-from petcontact.bem.column_fillers import CompiledFiller, PlainFiller
 from petcontact.bem.kelvin2d.integrals import Targets, integrals
 
 
@@ -47,38 +42,3 @@ def test_digits_do_not_depend_on_the_company(order):
     ):
         blocks = all_.reshape(2, 2, -1, order + 1, len(targets.line))[:, :, [12, 3]]
         assert np.array_equal(one, blocks.reshape(one.shape))
-
-
-@pytest.mark.parametrize(
-    ("number", "lift", "order"),
-    [(1, (0.0, 0.0), 0), (2, (0.01, -0.03), 0), (1, (0.0, 0.0), 3), (2, (0.01, -0.03), 5)],
-)
-def test_columns_are_what_the_integrals_make(monkeypatch, number, lift, order):
-    """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression
-    asks for them."""
-    case = example(number, mesh=MeshOptions(element_size=0.25 * (order + 1), order=order))
-    top = tuple(
-        Displacement(part="top", value=lift) if b.part == "top" else b for b in case.boundary
-    )
-    quick, slow = (operators(case.model_copy(update={"boundary": top})) for _ in range(2))
-    monkeypatch.setattr(bem_kernels, "COLUMN_FILLERS", {})
-    assert isinstance(slow._filler, PlainFiller)
-    monkeypatch.undo()
-    assert isinstance(quick._filler, CompiledFiller)
-    every, rng = np.arange(quick.mesh.n_nodes), np.random.default_rng(3)
-    pieces = [
-        (every, every),
-        *((np.sort(rng.permutation(every)[:k]), every[a::3]) for k, a in ((5, 0), (40, 1))),
-    ]
-    for rows, columns in pieces:
-        for ours, theirs in zip(
-            quick.all_entries(rows, columns), slow.all_entries(rows, columns), strict=True
-        ):
-            assert ours.shape == theirs.shape
-            assert np.abs(ours - theirs).max() <= 1e-13 * np.abs(theirs).max()
-        assert np.array_equal(
-            quick.system_entries(rows, columns), quick.all_entries(rows, columns)[0]
-        )
-        assert np.array_equal(
-            quick.outer_entries(rows, columns), quick.all_entries(rows, columns)[1]
-        )

@@ -3,19 +3,11 @@ columns are what their integrals make."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from prepared import operators
 
-from petcontact.bem import kernels as bem_kernels
-from petcontact.bem.column_fillers import CompiledFiller, PlainFiller
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.mesh.panels import make_panels
-from petcontact.model.case import load
-
-CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def panels_and_points(corners: int, order: int, unit: float):
@@ -61,38 +53,3 @@ def test_digits_do_not_depend_on_the_company(order: int) -> None:
     last = integrals(points, panels.take(slice(2, 3)), 0.3)
     for part, all_ in zip(last, whole, strict=True):
         assert np.array_equal(part, all_[:, :, 2 * k :])
-
-
-@pytest.mark.parametrize(
-    ("name", "keys"),
-    [
-        ("space_b", {"mesh.element_size": 2.0, "mesh.order": 1}),
-        ("space_b", {"boundary.1.value": [0.0, 0.01, -0.02]}),
-        ("space_bracket", {"mesh": {"order": 1}}),
-    ],
-)
-def test_columns_are_what_the_integrals_make(
-    monkeypatch: pytest.MonkeyPatch, name: str, keys: dict[str, object]
-) -> None:
-    """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression
-    asks for them."""
-    case = load(CONFIGS / f"{name}.toml", keys)
-    quick, slow = (operators(case) for _ in range(2))
-    monkeypatch.setattr(bem_kernels, "COLUMN_FILLERS", {})
-    assert isinstance(slow._filler, PlainFiller)
-    monkeypatch.undo()
-    assert isinstance(quick._filler, CompiledFiller)
-    every, rng = np.arange(quick.mesh.n_nodes), np.random.default_rng(3)
-    some = np.sort(rng.permutation(every)[:70])
-    for rows, columns in ((some, some), (some[::20], every[1::7]), (every[::5], some[:9])):
-        for ours, theirs in zip(
-            quick.all_entries(rows, columns), slow.all_entries(rows, columns), strict=True
-        ):
-            assert ours.shape == theirs.shape
-            assert np.abs(ours - theirs).max() <= 1e-12 * np.abs(theirs).max()
-        assert np.array_equal(
-            quick.system_entries(rows, columns), quick.all_entries(rows, columns)[0]
-        )
-        assert np.array_equal(
-            quick.outer_entries(rows, columns), quick.all_entries(rows, columns)[1]
-        )
