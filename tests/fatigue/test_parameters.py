@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from petcontact import InputError
 from petcontact.fatigue.evaluate import cycles_to_failure
 from petcontact.fatigue.parameters import (
-    PARAMETERS,
     Constants,
     crossland,
     dang_van,
@@ -120,29 +119,6 @@ def test_out_of_phase_tension_and_torsion():
         )
         wanted = max(1.0 / np.sqrt(3.0), r) + K / 3.0
         assert crossland(stress, STEEL).value[0] == pytest.approx(wanted, rel=1e-9)
-
-
-@pytest.mark.slow
-@settings(max_examples=5, deadline=None)
-@given(
-    seed=st.integers(0, 10**6), moments=st.integers(2, 6), name=st.sampled_from(sorted(PARAMETERS))
-)
-def test_values_do_not_depend_on_axes_and_scale_with_stress(seed, moments, name):
-    rng = np.random.default_rng(seed)
-    stress = rng.normal(size=(moments, 3, 3, 3))
-    stress = stress + stress.transpose(0, 1, 3, 2)
-    parameter = PARAMETERS[name][0]
-    damage = parameter(stress, STEEL)
-    _, other = turned(seed, stress)
-    again = parameter(other, STEEL)
-    assert again.value == pytest.approx(damage.value, rel=1e-5, abs=1e-12)
-    power = 2 if name == "smith-watson-topper" else 1
-    assert parameter(3.0 * stress, STEEL).value == pytest.approx(
-        3.0**power * damage.value, rel=1e-7
-    )
-    # the order of the moments does not matter, nor do moments between others
-    between = np.concatenate([stress[::-1], 0.5 * stress[:1] + 0.5 * stress[1:2]])
-    assert parameter(between, STEEL).value == pytest.approx(damage.value, rel=1e-5, abs=1e-12)
 
 
 def test_cycles_to_failure():
