@@ -3,44 +3,34 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, elastic, moved
+from shapes import cuboid, elastic
 
-from petcontact import Problem, solve
+from petcontact import load, solve
 from petcontact.geometry.round_surfaces import CylinderSurface
 from petcontact.mesh.panelling import round_mesh
-from petcontact.model.base import parse
 from petcontact.pipeline.adapt.other_orders import other_order, whole_error
 from petcontact.results.evaluated import displacement_scale
+
+SPACE_B = Path(__file__).parents[2] / "configs" / "space_b.toml"
 
 
 def block(order, size, bound=0.02, beside=2.0):
     """A block on its bottom face, held at its top, pushed and twisted at one side; panels beside
     the contact are larger."""
-    sides = [
-        drawn(part, [0.04, 0.03, 0.0] if part == "left" else [0.0] * 3)
-        for part in ("left", "right", "front", "back")
-    ]
-    return parse(
-        Problem,
-        {
-            "material": elastic(1.0, 0.3),
-            "geometry": cuboid([0.0] * 3, [1.0, 1.0, 1.6]),
-            "mesh": {
-                "order": order,
-                "element_size": beside * size,
-                "element_sizes": {"bottom": size},
-            },
-            "boundary": [
-                {"part": "bottom", "condition": "contact", "friction_bound": bound},
-                moved("top", [0.0] * 3),
-                *sides,
-            ],
-        },
-        "a block",
-    )
+    sizes = {"element_size": beside * size, "element_sizes": {"bottom": size}}
+    changes = {
+        "material": elastic(1.0, 0.3),
+        "geometry": cuboid([0.0] * 3, [1.0, 1.0, 1.6]),
+        "mesh": {"order": order, **sizes},
+        "boundary.0.friction_bound": bound,
+        "boundary.2.value": [0.04, 0.03, 0.0],
+        "boundary.4.value": [0.0] * 3,
+    }
+    return load(SPACE_B, changes)
 
 
 def apart(solution, fine):
