@@ -11,8 +11,7 @@ from marks import slow
 from prepared import compressed_from
 from shapes import cuboid, moved, problem, solid, touching
 
-from petcontact import Problem, adapt, solve
-from petcontact.model.base import parse
+from petcontact import adapt, solve
 from petcontact.pipeline.adapt import budget, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
@@ -45,24 +44,6 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
         assert solution.converged and any(told in text for text in solution.warnings)
 
 
-def failing(monkeypatch, number, status, **residuals):
-    """The solve on a mesh by number, from 1 on, is not accepted; the numbers of those that were."""
-    count, true_run = [], level_solver.unreported
-
-    def run(problem, monitor):
-        found = true_run(problem, monitor)
-        count.append(problem.system.describe())
-        if len(count) != number:
-            return found
-        step = replace(
-            found.steps[-1], status=status, residuals={**found.steps[-1].residuals, **residuals}
-        )
-        return replace(found, steps=[], failed=step, status=status, reason="not accepted")
-
-    monkeypatch.setattr(level_solver, "unreported", run)
-    return count
-
-
 @pytest.mark.parametrize(
     ("given", "meshes"), [slow(False, ["0.00075", "0.0001875", "0.0001875"]), (True, ["0.0001"])]
 )
@@ -71,9 +52,20 @@ def test_compressed_operators_have_the_digits_that_are_asked_for_and_more_where_
 ):
     """The tolerance follows the wanted error, and falls where the elastic residual says so; a
     user's own stays."""
-    made = failing(monkeypatch, 1, "failed", elastic=2e-3)
-    data = hertz() | {"bem": {"mat_type": "hmatrix"} | ({"hmatrix_tol": 1e-4} if given else {})}
-    solution = adapt(parse(Problem, data, "hertz"), 0.15)
+    made, true_run = [], level_solver.unreported
+
+    def first_fails(posed, monitor):
+        found = true_run(posed, monitor)
+        made.append(posed.system.describe())
+        if len(made) > 1:
+            return found
+        residuals = {**found.steps[-1].residuals, "elastic": 2e-3}
+        step = replace(found.steps[-1], status="failed", residuals=residuals)
+        return replace(found, steps=[], failed=step, status="failed", reason="not accepted")
+
+    monkeypatch.setattr(level_solver, "unreported", first_fails)
+    tolerance = {"hmatrix_tol": 1e-4} if given else {}
+    solution = adapt(problem(**hertz(), bem={"mat_type": "hmatrix", **tolerance}), 0.15)
     assert [text.split()[2] for text in made][:3] == meshes
     assert solution.status == ("failed" if given else "converged")
 

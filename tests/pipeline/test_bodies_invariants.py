@@ -7,8 +7,8 @@ import functools
 
 import numpy as np
 import pytest
-from problems import block, contact_pair, load_step, obstacle, posed
-from shapes import moved, problem, rectangle, solid, touching
+from problems import block, contact_pair, load_step, posed
+from shapes import elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import solve
 
@@ -52,25 +52,16 @@ def test_either_side_may_be_the_secondary():
         assert np.allclose(a, b, atol=1e-10 * np.abs(a).max())
 
 
-BASE = block("base", [-1, -1], [1, 0], 500.0, 0.3, "element_size = 0.2, order = 1", bottom=[0, 0])
-STAMP = (
-    BASE
-    + obstacle("stamp", ["free", "free"], 'rotation = "free"\nforce = [0.1, -2.0]')
-    + """
-[[contact]]
-name = "foot"
-secondary = "base.top"
-primary = "stamp"
-LAW
-"""
-)
-
-
-@pytest.mark.parametrize("law", ['normal = "bonded"', "friction_coefficient = 0.9"])
+@pytest.mark.parametrize("law", [{"normal": "bonded"}, {"friction_coefficient": 0.9}])
 def test_a_free_obstacle_may_stick_everywhere(law):
     """v = 0 and u_0 = 0: the problem is linear, and nothing but Sσ says how large a displacement
     is."""
-    solution = solve(posed(STAMP.replace("LAW", law)))
+    shape, mesh = rectangle([-1, -1], [1, 0]), {"element_size": 0.2, "order": 1}
+    base = solid("base", shape, moved("bottom", [0, 0]), material=elastic(500.0, 0.3), mesh=mesh)
+    motion = {"displacement": ["free", "free"], "rotation": "free", "force": [0.1, -2.0]}
+    foot = touching("foot", "base.top", "stamp", **law)
+    stamp = {"name": "stamp", **motion}
+    solution = solve(problem(body=[base], obstacle=[stamp], contact=[foot]))
     assert solution.converged, solution.reason
     assert solution.iterations <= 2
     assert np.allclose(solution.last.pairs["foot"].force, [0.1, -2.0], rtol=1e-12)

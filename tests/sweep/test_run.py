@@ -382,16 +382,15 @@ def test_leftovers_of_a_killed_run_are_removed(small, tmp_path):
     assert not any(path.exists() for path in leftovers)
 
 
-def test_a_folder_of_an_older_version_is_refused(small, tmp_path):
-    (tmp_path / "out" / "journal").mkdir(parents=True)
-    with pytest.raises(InputError, match="older petcontact"):
-        quietly(small, tmp_path / "out")
-
-
-@pytest.mark.parametrize("name", ["results.h5", "sweep.json"])
-def test_a_folder_in_the_place_of_a_file_is_refused(small, tmp_path, name):
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("journal", "older petcontact"), ("results.h5", "no folders"), ("sweep.json", "no folders")],
+)
+def test_a_folder_of_an_older_version_or_in_the_place_of_a_file_is_refused(
+    small, tmp_path, name, said
+):
     (tmp_path / "out" / name).mkdir(parents=True)
-    with pytest.raises(InputError, match="no folders"):
+    with pytest.raises(InputError, match=said):
         quietly(small, tmp_path / "out")
 
 

@@ -27,18 +27,9 @@ def posed(comm):
     posed.close()
 
 
-def run_project(
-    posed,
-    rule=None,
-    rho=1e4,
-    tolerance=1e-6,
-    omega=1.8,
-    stop="both",
-    max_iterations=2000,
-    **keywords,
-):
-    iteration = Iteration(Criterion(tolerance, stop), max_iterations, **keywords)
-    return Projection(rule or Modified(), rho, omega)(posed.system, posed.law, iteration)
+def run_project(posed, rho, **keywords):
+    iteration = Iteration(Criterion(1e-6), 2000, **keywords)
+    return Projection(Modified(), rho, 1.8)(posed.system, posed.law, iteration)
 
 
 def test_each_step_satisfies_the_robin_condition_4_11(posed):
