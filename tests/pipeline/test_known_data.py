@@ -8,7 +8,6 @@ import re
 
 import numpy as np
 import pytest
-from marks import slow
 from shapes import cuboid, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import solve
@@ -78,7 +77,6 @@ BALL = {"shape": "sphere", "centre": [0, 0, 0], "radius": 1}
     [
         (RING, "hole", "hodlr", 2),
         (BALL, "top", "dense", 1),
-        slow(BALL, "top", "hmatrix", 1),
     ],
 )
 def test_rotations_that_are_given_strain_no_curved_body(shape, part, storage, order):
@@ -109,14 +107,8 @@ def cube(size):
     return {"material": elastic(1.0, 0.3), "geometry": cuboid([0.0] * 3, [2.0] * 3), "mesh": mesh}
 
 
-@pytest.mark.parametrize(
-    ("load", "exact"),
-    [
-        slow("where((x-1)**2+(y-1)**2 < 0.09, -0.01, 0.0)", -0.01 * math.pi * 0.09),
-        ("-0.01*where(abs(x-.31) < .04, 1, 0)", -0.01 * 0.08 * 2.0),
-    ],
-)
-def test_the_integral_of_a_load_is_right_on_any_panels(load, exact):
+def test_the_integral_of_a_load_is_right_on_any_panels():
+    load, exact = "-0.01*where(abs(x-.31) < .04, 1, 0)", -0.01 * 0.08 * 2.0
     floor = {"obstacle": [{"name": "floor"}], "contact": [touching("c", "bottom", "floor")]}
     boundary = [*ROLLERS, drawn("top", [0.0, 0.0, load])]
     found = solve(problem(**cube(1.0), boundary=boundary, **floor))
