@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import json
 
-from sweep_files import sweep_file
+from sweep_files import CONFIGS, sweep_file
 
+from petcontact import load
 from petcontact.sweep.design.identity import Identity, identify
 from petcontact.sweep.design.sweep import Sweep, read_sweep
 
@@ -55,26 +56,12 @@ def test_it_changes_with_the_problem_the_options_and_what_is_asked_for(tmp_path)
 
 def test_it_changes_with_the_content_of_files(tmp_path):
     mesh, start = tmp_path / "body.msh", tmp_path / "start.h5"
-    text = f"""
-title = "x"
-[material]
-young_modulus = 1.0
-poisson_ratio = 0.3
-[geometry]
-shape = "gmsh"
-file = "body.msh"
-[[boundary]]
-part = "bottom"
-condition = "contact"
-friction_bound = 1.0
-[method]
-start = "{start}"
-"""
+    path = sweep_file(tmp_path, 'problems = ["body.toml"]\n[cross]\nrho = [1.0]\n')
     found = []
     for contents in (("a", "a"), ("b", "a"), ("b", "b")):
-        for path, content in zip((mesh, start), contents, strict=True):
-            path.write_text(content)
-        path = sweep_file(tmp_path, 'problems = ["body.toml"]\n[cross]\nrho = [1.0]\n')
-        (tmp_path / "body.toml").write_text(text)
+        for file, content in zip((mesh, start), contents, strict=True):
+            file.write_text(content)
+        files = {"geometry": {"shape": "gmsh", "file": str(mesh)}, "method.start": str(start)}
+        (tmp_path / "body.toml").write_text(load(CONFIGS / "example1.toml", files).toml())
         found.append(identify(read_sweep(path)).digest(0))
     assert len(set(found)) == 3
