@@ -7,7 +7,6 @@ import doctest
 import importlib
 import pkgutil
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -237,20 +236,12 @@ def test_residuals_are_of_each_pair_by_its_own_tractions():
     assert natural_residuals(law, system, v, sigma, pairs)[1] == 1.0
 
 
-def system(u_0, compliance):
-    return SimpleNamespace(
-        u_0=np.array(u_0),
-        weight=np.ones(len(u_0)),
-        modes=None,
-        apply=lambda sigma: (compliance @ sigma.ravel()).reshape(sigma.shape),
-    )
-
-
 @pytest.mark.parametrize("overlap", [1e-18, 1e-6])
 def test_components_have_the_round_off_of_the_vector_they_belong_to(overlap):
     """Bodies that just touch: tangential displacements of 1e-20 beside gaps of .05 say nothing; an
     overlap without pressure does."""
-    touching = system([[1e-20, overlap], [-2e-20, -0.05]], np.eye(4))
+    apart = np.array([[1e-20, overlap], [-2e-20, -0.05]])
+    touching = ReducedSystem(apart, np.eye(4), np.ones(2))
     residuals = natural_residuals(coulomb(2, 0.3), touching, touching.u_0, np.zeros((2, 2)))
     assert residuals == ((0.0, 0.0) if overlap < 1e-9 else (pytest.approx(0.0), 1.0))
 
@@ -259,7 +250,7 @@ def test_a_pair_whose_displacement_others_take_back_is_measured_by_its_own_tract
     """Two pairs on one body that press on each other: the first one does not move, and is
     strained; a light one that moves is measured by how it moves."""
     compliance = np.array([[1.0, 0.5], [0.5, 1.0]])
-    held = system([[0.0], [0.0]], compliance)
+    held = ReducedSystem(np.zeros((2, 1)), compliance, np.ones(2))
     pairs = [slice(0, 1), slice(1, 2)]
     sigma = np.array([[-1.0], [2.0]])  # S σ = (0, 1.5)
     moved = displaced_by(held, held.apply(sigma), sigma, pairs)
