@@ -14,25 +14,21 @@ from petcontact import solve
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
-
-def two(
-    mu=0.4, e2=3.0, down=-0.3, right=0.1, middle=0.1, radius=2.0, press=1, push=1, swapped=False
-):
-    """A block on another one, its face a parabola, pressed and then pushed."""
-    mesh = "element_size = 0.25, order = 2"
-    sides = ["lower.top", "upper.bottom"][:: -1 if swapped else 1]
-    return (
-        block("lower", [-2.0, -2.0], [2.0, 0.0], 1.0, 0.3, mesh, bottom=[0.0, 0.0])
-        + block("upper", [-2.0, 0.0], [2.0, 1.5], e2, 0.2, mesh, top=[0.0, 0.0])
-        + contact_pair("pair", *sides, mu, f"(x - {middle})**2/{radius}")
-        + load_step(increments=press, upper={"top": [0.0, down]})
-        + load_step(increments=push, upper={"top": [right, down]})
-    )
+SIDES = "lower.top", "upper.bottom"
 
 
 @functools.cache
-def solved(**changes):
-    solution = solve(posed(two(**changes)))
+def solved(*sides, modulus=3.0, push=1):
+    """A block on another one, its face a parabola, pressed and then pushed."""
+    mesh = "element_size = 0.25, order = 2"
+    text = (
+        block("lower", [-2.0, -2.0], [2.0, 0.0], 1.0, 0.3, mesh, bottom=[0.0, 0.0])
+        + block("upper", [-2.0, 0.0], [2.0, 1.5], modulus, 0.2, mesh, top=[0.0, 0.0])
+        + contact_pair("pair", *sides, 0.4, "(x - 0.1)**2/2")
+        + load_step(upper={"top": [0.0, -0.3]})
+        + load_step(increments=push, upper={"top": [0.1, -0.3]})
+    )
+    solution = solve(posed(text))
     assert solution.converged, solution.reason
     return solution
 
@@ -46,8 +42,8 @@ def fields(solution, *, flip=False):
 
 
 def test_either_side_may_be_the_secondary():
-    one = fields(solved())
-    other = fields(solved(swapped=True), flip=True)
+    one = fields(solved(*SIDES))
+    other = fields(solved(*SIDES[::-1]), flip=True)
     for a, b in zip(one, other, strict=True):
         assert np.allclose(a, b, atol=1e-10 * np.abs(a).max())
 
@@ -72,38 +68,8 @@ def test_a_free_obstacle_may_stick_everywhere(law):
 def test_a_path_of_constant_pressure_does_not_depend_on_its_increments():
     """Equal bodies: pushing changes no pressure, so that one increment is exact (Cattaneo,
     Mindlin)."""
-    once, often = (solved(e2=1.0, push=push).last.pairs["pair"] for push in (1, 5))
+    once, often = (solved(*SIDES, modulus=1.0, push=push).last.pairs["pair"] for push in (1, 5))
     assert np.allclose(once.sigma_t, often.sigma_t, atol=2e-3 * np.abs(once.sigma_t).max())
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_random_loads_and_coefficients(seed):
-    """Laws hold at every node, and both sides feel the same force, whatever the data."""
-    rng = np.random.default_rng(seed)
-    mu = float(rng.uniform(0.0, 2.0))
-    changes = {
-        "e2": float(10.0 ** rng.uniform(-1, 1)),
-        "middle": float(rng.uniform(-1, 1)),
-        "radius": float(rng.uniform(1.0, 6.0)),
-        "down": float(rng.uniform(-0.4, -0.1)),
-        "right": float(rng.uniform(-0.3, 0.3)),
-        "press": int(rng.integers(1, 3)),
-        "push": int(rng.integers(1, 4)),
-    }
-    solution = solve(posed(two(mu, **changes)))
-    assert solution.converged, solution.reason
-    for step in solution.steps:
-        pair = step.pairs["pair"]
-        small = 1e-9 * pair.pressure.max()
-        assert np.all(pair.pressure >= -small) and np.all(pair.gap >= -1e-9)
-        assert np.all(np.abs(pair.sigma_t[:, 0]) <= mu * np.maximum(pair.pressure, 0.0) + small)
-        assert np.all(np.abs(pair.pressure * pair.gap) <= 1e-9) and pair.dissipated >= -1e-12
-        moved = np.abs(pair.slip_increment[:, 0]) > 1e-9
-        slides = moved & (pair.state == 1)
-        assert not np.any(moved & (pair.state == 0))
-        assert np.all(pair.sigma_t[slides, 0] * pair.slip_increment[slides, 0] <= 1e-12)
-    mesh, body = solution.meshes["upper"], solution.last.bodies["upper"]
-    assert np.allclose(mesh.weight @ body.traction, 0.0, atol=3e-2 * np.abs(pair.force).max())
 
 
 @pytest.mark.parametrize(

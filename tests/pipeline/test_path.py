@@ -10,8 +10,6 @@ from shapes import drawn, elastic, moved, problem, rectangle, touching
 
 from petcontact import solve
 from petcontact.pipeline.adapt import loop
-from petcontact.refinement.levels import LEAST_GAIN
-from petcontact.results.number_errors import path_errors
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -96,17 +94,3 @@ def test_what_moves_before_bodies_touch_is_no_slip():
 @pytest.mark.parametrize(("gap", "friction"), [(0.0, 0.3), ("x**2/8", None)])
 def test_flat_faces_and_those_without_friction_need_one(gap, friction):
     assert warned(pressed(gap, None, friction)) == []
-
-
-def test_the_error_of_an_energy_counts_its_increments_once():
-    """What others give it, or what it leaves in each of its own, whichever is larger."""
-    solution = pressed("x**2/8", 4)
-    (energy,) = [each for each in solution.numbers if each.name == "dissipated energy"]
-    ((factor, other),) = solution.paths
-    spent = [sum(s.pairs["pair"].dissipated for s in found.steps) for found in (solution, other)]
-    by_path = path_errors(solution, [energy])[energy.key]
-    assert energy.alone > 0.0
-    assert by_path == pytest.approx(max(factor * abs(spent[0] - spent[1]), energy.alone))
-    (before,) = [each for each in solution.coarser.numbers if each.name == energy.name]
-    apart = float(np.abs(energy.value - before.value).max())
-    assert energy.error == pytest.approx(apart / (LEAST_GAIN - 1.0) + by_path)

@@ -167,13 +167,3 @@ def test_what_is_called_converged_is_a_solution_and_nearly_all_is():
         else:
             assert mu > 0.0 and state.reason
     assert solved >= 98
-
-
-def test_motions_that_contact_does_not_see_stay():
-    """Frictionless contact sees no tangential motion: it keeps its place, and a force along it is
-    found out."""
-    x, weight, matrix = half_plane(40, 1.5)
-    law = coulomb(40, 0.0, 2)
-    still = NEWTON(pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), law, iteration())
-    assert still.converged and still.alpha[0] == 0.0 and (still.states == STICK).sum() == 0
-    assert not NEWTON(pressed(matrix, weight, 0.5 * x**2, (1e-3, 0.5)), law, iteration()).converged
