@@ -11,10 +11,8 @@ from shapes import drawn, elastic, moved, rectangle
 from petcontact import Problem, load, solve
 from petcontact.contact.law_protocol import SLIP
 from petcontact.model.base import parse
-from petcontact.results import stress_errors
 from petcontact.results.evaluated import displacement_scale
-from petcontact.results.numbers import ENERGY, Number
-from petcontact.results.stress_errors import NearStress, stress_change
+from petcontact.results.numbers import ENERGY
 
 
 @pytest.fixture(scope="module")
@@ -63,28 +61,3 @@ def test_the_largest_q_may_reach_the_bound_at_an_end_that_sticks(slipping):
     """Stress has no bound beside the right side."""
     (largest,) = [each for each in slipping.numbers if each.name == "largest q"]
     assert np.isinf(largest.error) or largest.error >= 2.002 - largest.size
-
-
-@pytest.mark.parametrize(
-    ("now", "before", "at_corner", "error"),
-    [
-        # beside its place it changes by .4
-        ([10.0, 9.9], [9.9, 9.5], False, 0.4),
-        # a rival of 9 that is known to 3 may be 12; 5 known to 4 is smaller than 10
-        ([10.0, 9.9, 9.0, 5.0], [9.9, 9.9, 6.0, 1.0], False, 2.0),
-        # at a corner stress may go on as it changes in the last element
-        ([10.0, 7.0], [10.0, 7.0], True, 3.0),
-        ([10.0, 7.0], [10.0, 7.0], False, 0.0),
-        # a place that the mesh before does not have says nothing
-        ([10.0, 9.0], [np.nan, np.nan], False, np.nan),
-    ],
-)
-def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
-    now, before, at_corner, error, monkeypatch
-):
-    """Of a largest stress of 10: stresses at its place, beside it and elsewhere, on two meshes."""
-    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: np.array(before))
-    near = NearStress(np.zeros((len(now), 2)), "", np.array(now), 2, at_corner)
-    value = np.array([10.0])
-    stress = Number("von Mises stress inside", "body", 1, 0, value, "stress", 0.0, np.nan)
-    assert stress_change(None, None, stress, near) == pytest.approx(error, nan_ok=True)

@@ -1,57 +1,40 @@
-"""The page that turns the bodies: what it holds, that it needs nothing else, and what a real
-browser makes of it."""
+"""The page that turns the bodies: what it holds, and that it needs nothing else."""
 
 from __future__ import annotations
 
 import base64
 import json
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
 from problems import block, contact_pair, posed
+from shapes import closing, cuboid, moved, problem, rectangle, solid
 
 from petcontact import (
-    Box,
-    Contact,
-    Displacement,
-    Material,
-    MeshOptions,
-    Problem,
-    Rectangle,
-    Step,
-    Traction,
     solve,
 )
 from petcontact.commands.main import main
-from petcontact.results.figures.turning import UNKNOWN, scene, write_page
+from petcontact.results.figures.turning import UNKNOWN, scene
 from petcontact.results.hdf5 import write_solution
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
-CHROMIUM = (
-    shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-)
 TITLE = "</script><b>A & B"
-
-
-def problem(dim):
-    shape = Rectangle((0, 0), (2, 1)) if dim == 2 else Box((0, 0, 0), (2, 1, 1))
-    free = [part for part in shape.outline().parts if part not in ("bottom", "top")]
-    boundary = [
-        Contact("bottom", normal="unilateral", friction_coefficient=0.3),
-        Displacement("top", (0.01, *(0.0,) * (dim - 2), -0.02)),
-        *(Traction(part, (0,) * dim) for part in free),
-    ]
-    given = {"material": Material(100.0, 0.3), "geometry": shape, "mesh": MeshOptions(0.5, order=1)}
-    return Problem(TITLE, **given, boundary=boundary, step=[Step(name="one", increments=2)])
 
 
 @pytest.fixture(scope="module", params=[2, 3], ids=["plane", "space"])
 def solution(request):
-    return solve(problem(request.param))
+    dim = request.param
+    shape = rectangle([0, 0], [2, 1]) if dim == 2 else cuboid([0, 0, 0], [2, 1, 1])
+    body = solid(
+        "block",
+        shape,
+        closing("bottom", normal="unilateral", friction_coefficient=0.3),
+        moved("top", [0.01, *[0.0] * (dim - 2), -0.02]),
+        mesh={"element_size": 0.5, "order": 1},
+    )
+    return solve(problem(title=TITLE, body=[body], step=[{"name": "one", "increments": 2}]))
 
 
 def unpacked(text, kind, *shape):
@@ -108,33 +91,3 @@ def test_the_page_needs_nothing_else(solution, tmp_path, capsys, monkeypatch):
     assert "default-src 'none'" in text and text.count("</script>") == 2 and TITLE not in text
     inside = re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)
     assert json.loads(inside[1]) == scene(solution)
-
-
-TRIED = """<script>
-  const before = canvas.toDataURL(), pixel = new Uint8Array(4);
-  gl.readPixels(canvas.width / 2, canvas.height / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-  for (const [kind, at] of [["down", 300], ["move", 380], ["up", 380]])
-    canvas.dispatchEvent(new PointerEvent("pointer" + kind, {pointerId: 1, clientX: at, clientY: 300, buttons: 1}));
-  const turned = canvas.toDataURL();
-  get("field").value = "u"; get("field").oninput();
-  document.body.dataset.found = [gl.getError(), pixel[0] < 255, before !== turned, turned !== canvas.toDataURL()].join(" ");
-</script></body>"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")
-def test_a_browser_draws_the_bodies_and_turns_them(solution, tmp_path):
-    page = write_page(tmp_path / "page.html", solution)
-    # capturing a pointer that no hand holds is an error of its own
-    text = (
-        page.read_text()
-        .replace("canvas.setPointerCapture(event.pointerId);", "")
-        .replace("</body>", TRIED)
-    )
-    page.write_text(text)
-    flags = """--headless --no-sandbox --disable-quic --no-first-run
-        --disable-background-networking --disable-component-update --disable-sync
-        --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --dump-dom"""
-    words = [CHROMIUM, *flags.split(), f"--user-data-dir={tmp_path / 'profile'}", page.as_uri()]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False)
-    assert 'data-found="0 true true true"' in done.stdout, done.stderr[-2000:]

@@ -3,64 +3,43 @@
 from __future__ import annotations
 
 import json
-import tomllib
 
 import h5py
 import numpy as np
 import pytest
-from problems import posed
+from shapes import closing, elastic, moved, problem, rectangle
 
-from petcontact import Problem, read_result, solve
+from petcontact import read_result, solve
 from petcontact.contact.methods.newton import SemismoothNewton
-from petcontact.model.base import parse
 from petcontact.results.hdf5 import write_solution
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 NEWTON = SemismoothNewton()
-BLOCK = """
-[material]
-young_modulus = 100.0
-poisson_ratio = 0.3
-plane = "PLANE"
-[geometry]
-shape = "rectangle"
-lower_left = [0.0, 0.0]
-upper_right = [2.0, 1.0]
-[mesh]
-element_size = 0.25
-order = 1
-[[boundary]]
-part = "bottom"
-condition = "contact"
-normal = "unilateral"
-gap = "where(x < 1.5, 0, 1)"
-[[boundary]]
-part = "left"
-condition = "displacement"
-value = [0.0, "free"]
-[[boundary]]
-part = "right"
-condition = "displacement"
-value = [0.0, "free"]
-[[boundary]]
-part = "top"
-condition = "traction"
-pressure = 1.0
-[petsc]
-ksp_rtol = 1e-9
-"""
+
+
+def pressed(pressure=1.0, plane="strain", gap="where(x < 1.5, 0, 1)", **more):
+    """A block on a floor between rollers, pressed by its top."""
+    return problem(
+        material=elastic(100.0, 0.3) | {"plane": plane},
+        geometry=rectangle([0.0, 0.0], [2.0, 1.0]),
+        mesh={"element_size": 0.25, "order": 1},
+        boundary=[
+            closing("bottom", normal="unilateral", gap=gap),
+            *(moved(side, [0.0, "free"]) for side in ("left", "right")),
+            {"part": "top", "condition": "traction", "pressure": pressure},
+        ],
+        petsc={"ksp_rtol": 1e-9},
+        **more,
+    )
 
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
     """One body in unilateral contact: uniform pressure on a whole floor; open nodes carry 0.0, not
     -0.0, and are no zone."""
-    whole = BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0")
-    broken = BLOCK.replace("PLANE", plane)
-    for text, name in ((whole, "whole.h5"), (broken, "broken.h5")):
-        solution = solve(posed(text))
-        write_solution(tmp_path / name, solution)
+    write_solution(tmp_path / "whole.h5", solve(pressed(plane=plane, gap=0.0)))
+    write_solution(tmp_path / "broken.h5", solve(pressed(plane=plane)))
     with h5py.File(tmp_path / "whole.h5") as file:
         contact, boundary, x = file["contact"], file["boundary"], file["boundary/x"][()]
         # both sides on rollers: ε_xx = 0, and σ_zz is ν(σ_xx + σ_yy) or none
@@ -85,8 +64,7 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
 def test_the_verdict_of_an_increment_that_failed():
     """A load that pulls the block off the floor: where it failed is not called reached, and nothing
     that is 0 has a sign."""
-    text = BLOCK.replace("PLANE", "strain").replace("pressure = 1.0", "pressure = -1.0")
-    solution = solve(posed(text))
+    solution = solve(pressed(-1.0))
     verdict = " ".join(solution.verdict().split())
     assert solution.status == "not converged"
     assert "along +y beyond what contact and friction allow; give it a displacement" in verdict
@@ -101,12 +79,8 @@ def check_described(path, item):
 def test_what_failed_is_kept_apart(tmp_path):
     """/steps has the increments that were solved alone, /failed the one that was not; /history a
     row an iteration."""
-    data = tomllib.loads(BLOCK.replace("PLANE", "strain"))
-    data["step"] = [
-        {"name": "press"},
-        {"name": "lift", "boundary": [{"part": "top", "pressure": -1.0}]},
-    ]
-    solution = solve(parse(Problem, data, "test"))
+    lift = {"name": "lift", "boundary": [{"part": "top", "pressure": -1.0}]}
+    solution = solve(pressed(step=[{"name": "press"}, lift]))
     assert solution.status == "not converged"
     assert all(step.status == "converged" for step in solution.steps)
     assert solution.failed is not None and solution.failed.step == 2
@@ -138,5 +112,5 @@ def test_tractions_beyond_the_law_are_not_converged():
         state.sigma[:, 0] = 1.01 * np.abs(state.sigma[:, 1]) + 1e-3
         return state
 
-    solution = solve(posed(BLOCK.replace("PLANE", "strain")), method=beyond)
+    solution = solve(pressed(), method=beyond)
     assert solution.status == "not converged" and "exceed what contact allows" in solution.reason

@@ -6,16 +6,13 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-import h5py
 import meshio
 import numpy as np
 import pytest
 
 from petcontact.model.case import load
 from petcontact.pipeline.run import prepare, run
-from petcontact.results.hdf5 import write_solution
 from petcontact.results.records import BodyResult
-from petcontact.results.solution import read_result
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.inside import field_inside, grid_inside, write_vtu
 
@@ -29,18 +26,6 @@ def solution():
     found = run(prepared)
     prepared.close()
     return found
-
-
-def test_errors_that_a_file_does_not_hold_are_not_known(solution, tmp_path: Path) -> None:
-    write_solution(tmp_path / "r.h5", solution)
-    with h5py.File(tmp_path / "r.h5", "r+") as file:
-        del (
-            file["steps/1/contact/bottom/sigma_t_error"],
-            file["steps/1/contact/bottom/pressure_error"],
-        )
-    again = read_result(tmp_path / "r.h5")
-    assert again.pairs["bottom"].pressure_error is None and again.verdict() == solution.verdict()
-    write_solution(tmp_path / "s.h5", again)
 
 
 def test_constant_stress(solution, tmp_path: Path) -> None:
