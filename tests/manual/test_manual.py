@@ -82,14 +82,10 @@ def test_a_number_that_nothing_prints_is_found(tmp_path):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_links_lead_somewhere(page):
+def test_what_is_linked_and_named_is_there(page):
+    """Modules have the name that is said to be of them: `name` of `folder/module.py`."""
     for target in LINK.findall(page.read_text()):
         assert "://" in target or (page.parent / target).exists(), target
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_modules_that_are_named_exist(page):
-    """And they have the name that is said to be of them: `name` of `folder/module.py`."""
     for name, path, test in MODULE.findall(page.read_text()):
         folders = (ROOT, ROOT / "petcontact", ROOT / "tests")
         found = [folder / path for folder in folders if (folder / path).exists()]
@@ -110,17 +106,6 @@ def test_what_is_cited_has_the_version_and_the_title():
     title = re.search(r'^title: "(.*)"$', citation, re.MULTILINE)[1]
     assert f"version: {petcontact.__version__}\n" in citation
     assert f"version = {{{petcontact.__version__}}}" in readme and f"{{{title}}}" in readme
-
-
-def test_chapters_name_the_extras_that_there_are():
-    """As `pip install '.[cad]'`."""
-    named = {
-        name
-        for page in PAGES
-        for name in re.findall(r"'(?:petcontact|\.)\[(\w+)\]'", page.read_text())
-    }
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert {"cad", "tables", "notebook"} <= named <= {*extras["optional-dependencies"]}
 
 
 def test_the_config_in_the_readme_is_solved(tmp_path):
@@ -145,20 +130,13 @@ def test_the_glossary_has_every_word_of_a_verdict(file):
     assert not {word for word in words if word.lower() not in chapter("glossary").lower()}
 
 
-def test_the_chapters_are_the_files():
-    """A chapter is there as soon as its file is; only the order is written down."""
-    assert {path.stem for path in MANUAL.glob("*.md")} == set(topics())
-    assert {
-        path.relative_to(MANUAL).with_suffix("").as_posix() for path in MANUAL.rglob("*.md")
-    } == set(pages())
-
-
 def test_every_chapter_stands_in_one_of_the_four_books():
-    """In the same one in `petcontact help`, on the site and in the README's table; lessons and
-    how-tos have pictures."""
+    """Chapters are the files, in the same book in `petcontact help`, on the site and in the README's
+    table."""
+    assert {path.stem for path in MANUAL.glob("*.md")} == {*topics()}
+    names = {path.relative_to(MANUAL).with_suffix("").as_posix() for path in MANUAL.rglob("*.md")}
+    assert names == {*pages()}
     assert [*topics()] == [name for chapters in BOOKS.values() for name in chapters]
-    shown = [name for book in ("Tutorial", "How-to") for name in BOOKS[book]]
-    assert [name for name in shown if "![" not in chapter(name)] == ["installing"]
     lines = (ROOT / "README.md").read_text().splitlines()
     rows = [line[1:-1].split("|") for line in lines if line[0:1] == "|" and "manual/" in line]
     for column, chapters in zip(zip(*rows, strict=True), BOOKS.values(), strict=True):

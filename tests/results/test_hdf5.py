@@ -103,14 +103,6 @@ def missing(file, name):
     del file[name]
 
 
-def virtual(file, name):
-    shape = file[name].shape
-    del file[name]
-    layout = h5py.VirtualLayout(shape, float)
-    layout[...] = h5py.VirtualSource("other.h5", "x", shape)
-    file.create_virtual_dataset(name, layout)
-
-
 def linked(kind):
     def change(file, name):
         del file[name]
@@ -143,12 +135,9 @@ def with_value(value):
 
 TAMPERED = {
     "short": (to(lambda v: v[:-1]), "boundary/u contact/u_t contact/nodes contact/part mesh/order"),
-    "flat": (to(np.ravel), "boundary/u contact/sigma_t mesh/elements"),
     "more columns": (to(lambda v: np.hstack([v, v])), "boundary/u contact/u_t mesh/vertices"),
-    "empty": (to(lambda v: v[:0]), "boundary/u contact/nodes mesh/elements"),
     "scalar": (to(lambda v: v.ravel()[0]), "boundary/u contact/weight mesh/part"),
     "nan": (to(with_value(np.nan)), "boundary/u contact/u_t mesh/vertices mesh/curvature"),
-    "inf": (to(with_value(np.inf)), "boundary/traction contact/arc_length"),
     "complex": (to(lambda v: v + 1j), "boundary/u contact/sigma_t"),
     "large": (to(with_value(10**9)), "contact/nodes mesh/elements mesh/order mesh/part"),
     "negative": (to(with_value(-1)), "contact/nodes contact/state mesh/order mesh/elements"),
@@ -156,7 +145,6 @@ TAMPERED = {
     "words": (to(lambda v: np.array([b"x"] * len(v))), "boundary/u mesh/order contact/part"),
     "missing": (missing, "mesh contact/u_t history/rho boundary/u mesh/order"),
     "external": (external, "boundary/u contact/u_t"),
-    "virtual": (virtual, "boundary/u"),
     "link": (linked("external"), "boundary/u mesh contact"),
     "soft link": (linked("soft"), "boundary/traction"),
     "claimed": (claimed, "boundary/u"),
