@@ -182,16 +182,11 @@ def test_the_site_builds_without_a_warning_or_a_broken_link(tmp_path):
 # --- scripts/setup
 
 
-def test_setup_refuses_an_unknown_option(project):
+def test_setup_says_in_one_line_why_it_cannot_work(project, machine):
     done = call(project / "scripts/setup", "--pipy")
-    assert done.returncode == 2
-    assert "'--pipy'" in one_line(done.stderr)
-
-
-def test_setup_without_apt_says_so_in_one_line(project, machine):
+    assert done.returncode == 2 and "'--pipy'" in one_line(done.stderr)
     done = call(project / "scripts/setup", env={"PATH": str(machine)})
-    assert done.returncode == 1
-    assert "apt-get" in one_line(done.stderr)
+    assert done.returncode == 1 and "apt-get" in one_line(done.stderr)
     assert not (project / ".venv").exists()
 
 
@@ -213,46 +208,23 @@ def test_setup_without_rights_names_what_is_missing(machine):
 @pytest.mark.slow
 @needs_debian_petsc
 def test_setup_mends_resumes_waits_and_follows_a_move(tmp_path):
-    """Half a venv, two set-ups at once, a second call, another numpy in ~/.local, and a project
-    that was moved."""
-    root, home = tmp_path / "pc", tmp_path / "home"
-    shutil.copytree(
-        ROOT, root, ignore=shutil.ignore_patterns(".git", ".venv*", "*.h5", "__pycache__")
-    )
+    """Half a venv, two set-ups at once, a second call, and a project that was moved."""
+    root = tmp_path / "pc"
+    left_out = shutil.ignore_patterns(".git", ".venv*", "*.h5", "__pycache__")
+    shutil.copytree(ROOT, root, ignore=left_out)
     (root / ".venv/bin").mkdir(parents=True)
     (root / ".venv/bin/python").symlink_to("/nowhere")
-    decoy = home / ".local/lib/python3.11/site-packages/numpy"
-    decoy.mkdir(parents=True)
-    (decoy / "__init__.py").write_text(
-        "raise ImportError('not the numpy that PETSc was built with')\n"
-    )
-    environment = {**os.environ, "HOME": str(home)}
-
-    both = [
-        subprocess.Popen(
-            [root / "scripts/setup"], env=environment, stderr=subprocess.PIPE, text=True
-        )
-        for _ in range(2)
-    ]
+    words = {"stderr": subprocess.PIPE, "text": True}
+    both = [subprocess.Popen([root / "scripts/setup"], **words) for _ in range(2)]
     messages = [job.communicate(timeout=600)[1] for job in both]
     assert [job.returncode for job in both] == [0, 0], messages
-    assert sum("ready" in message for message in messages) == 1, messages
-    assert sum("waiting" in message for message in messages) == 1, messages
-
-    again = call(root / "scripts/setup", env=environment)
+    for word in ("ready", "waiting"):
+        assert sum(word in message for message in messages) == 1, messages
+    again = call(root / "scripts/setup")
     assert (again.returncode, again.stdout, again.stderr) == (0, "", "")
-    numpy = call(
-        root / ".venv/bin/python", "-c", "import numpy; print(numpy.__file__)", env=environment
-    )
-    assert numpy.stdout.startswith("/usr/lib/python3/dist-packages/")
-    version = call(root / "scripts/run", "-n", "3", "--version", env=environment)
-    assert version.returncode == 0
-    assert version.stdout.splitlines()[0].startswith("petcontact ")
-
     moved = root.rename(tmp_path / "moved")
-    version = call(moved / "scripts/run", "--version", env=environment, timeout=600)
-    assert version.returncode == 0
-    assert "making" in version.stderr
+    version = call(moved / "scripts/run", "-n", "3", "--version", timeout=600)
+    assert version.returncode == 0 and "making" in version.stderr
     assert version.stdout.startswith("petcontact ")
 
 
