@@ -144,12 +144,8 @@ def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
     assert main(f"plot {plane[1]} --animate {tmp_path}/a.gif".split()) == 0
     with Image.open(tmp_path / "a.gif") as picture:
         assert picture.n_frames == len(plane[0].steps) == 3
-    for name, line in (
-        ("b.gif", "needs several increments, there is 1"),
-        ("b.avi", ".gif or .mp4"),
-    ):
-        assert main(f"plot {space[1]} --animate {tmp_path}/{name}".split()) == 2
-        assert line in capsys.readouterr().err
+    assert main(f"plot {space[1]} --animate {tmp_path}/b.gif".split()) == 2
+    assert "needs several increments, there is 1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -157,7 +153,6 @@ def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
     [
         (1e-4, 1e-7, "displacements × 1000"),
         (1e-4, -0.1, "displacements to scale"),
-        (1e-4, "x**2", "displacements to scale"),
         (1.5, 0.0, "displacements to scale"),
         (30.0, 0.1, "displacements / 200"),
     ],
