@@ -129,7 +129,7 @@ def _fields(arguments: argparse.Namespace, solution: Any) -> None:
     from .field import grid
 
     status = StatusLine(sys.stderr.isatty(), True)
-    resolution = grid(arguments.grid) if arguments.grid else None
+    resolution = grid(arguments.grid)
     try:
         write_vtkhdf(
             arguments.vtkhdf,

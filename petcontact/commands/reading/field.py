@@ -32,7 +32,7 @@ add_arguments = options(
     option(
         "--grid",
         metavar="NXxNY",
-        help="grid cells along x and y, in space along z too (100x100, 16x16x16)",
+        help="grid cells along x and y, in space along z too (100x100, 16x16x16; 72x72 if turned)",
     ),
     option(
         "--points",
@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...sweep.store.case_table import read_case
 
     _check_figure(arguments)
-    resolution = grid(arguments.grid) if arguments.grid else None
+    resolution = grid(arguments.grid, turned=arguments.revolve is not None)
     box = window(arguments.window) if arguments.window else None
     stem = Path(arguments.result).stem
     output = Path(arguments.output or (f"{stem}-points.csv" if arguments.points else f"{stem}.vtu"))
@@ -295,8 +295,10 @@ def increment_number(word: str, solution: Any) -> int:
     return int(word)
 
 
-def grid(text: str) -> tuple[int, ...]:
-    """`200x100` as two, or `20x10x10` as three numbers of cells."""
+def grid(text: str | None, turned: bool = False) -> tuple[int, ...] | None:
+    """`200x100` as two, or `20x10x10` as three numbers of cells; the default of no text."""
+    if not text:
+        return (72, 72) if turned else None  # files of turned fields below 10 MB
     words = text.split("x")
     if len(words) not in (2, 3) or not all(
         word.isascii() and word.isdigit() and 0 < int(word) <= 10_000 for word in words

@@ -18,7 +18,7 @@ from .surroundings import LONG, size_of
 HIGH = 3.4
 """Height of bodies in space as they are drawn [inch]."""
 BELOW = 0.08
-"""Share of the height of a figure of bodies in space that its legend takes."""
+"""Share of the height of a figure of bodies in space that its legend and names of axes take."""
 IN_SPACE = 16
 """Arrows of a part in space at most: more hide the part."""
 

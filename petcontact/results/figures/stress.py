@@ -200,16 +200,7 @@ def _largest(
 ) -> tuple[Field, int, float, str]:
     """The field with the largest value, the row of its point that is nearest to it, the value, and
     the words for value and place: those of the verdict where it has them, else of the points."""
-    last, name = solution.last, WORDS.get(picture.quantity, "").removesuffix(" stress")
-    told = [
-        (float(number.value[0]), number.of, number.place)
-        for number in (solution.numbers if name in QUANTITIES and picture.window is None else ())
-        if number.name.startswith(f"{name} stress ")
-        and (number.step, number.cycle) == (last.step, last.cycle)
-        and number.of in fields
-        and number.place is not None
-        and not np.isinf(number.error)
-    ]
+    told = largest_known(solution, picture.quantity, fields) if picture.window is None else []
     if told:
         largest, name, place = max(told, key=lambda each: each[0])
         row = int(np.argmin(cdist(fields[name].x, place[None])))
@@ -223,6 +214,22 @@ def _largest(
         largest, place = float(values[name][row]), fields[name].x[row]
     text = f"largest {largest:.4g} at {place_of(place, float(np.abs(fields[name].x).max()))}"
     return fields[name], row, largest, text.replace(KEPT, " ")
+
+
+def largest_known(
+    solution: SolutionData, quantity: str, bodies: Collection[str]
+) -> list[tuple[float, str, Array]]:
+    """The largest values of the verdict that have a bound, with their bodies and places."""
+    last, name = solution.last, WORDS.get(quantity, "").removesuffix(" stress")
+    return [
+        (float(number.value[0]), number.of, number.place)
+        for number in (solution.numbers if name in QUANTITIES else ())
+        if number.name.startswith(f"{name} stress ")
+        and (number.step, number.cycle) == (last.step, last.cycle)
+        and number.of in bodies
+        and number.place is not None
+        and not np.isinf(number.error)
+    ]
 
 
 def _drawn(picture: Picture, field: Field) -> Array:

@@ -36,6 +36,8 @@ COLUMNS, TOGETHER, ALONE, TITLE, BAR = 3, 4.8, 2.9, 0.5, 1.2
 the bar [inches]."""
 ZOOM, ALONE_ZOOM = 0.95, 0.8
 """Of boxes about bodies in their axes."""
+COLOUR_BAR = {"shrink": 0.75, "pad": 0.09, "aspect": 25}
+"""Room for the labels of an axis in space that stand between."""
 TICKS = 5
 """Along the longest edge."""
 Sample = Callable[[str, SurfaceMesh, Places], Array]
@@ -170,9 +172,7 @@ def shade(
             axis.labelpad = -12.0
         below = ", from below" if axes.elev < 0.0 else ""
         axes.set_title(f"{plain(name)}, its contact in view{below}", fontsize="small")
-    place = (
-        {"ax": every[0], "shrink": 0.75, "pad": 0.09, "aspect": 25} if bar is None else {"cax": bar}
-    )
+    place = {"ax": every[0], **COLOUR_BAR} if bar is None else {"cax": bar}
     every[0].figure.colorbar(
         colours, label=what, spacing="proportional", extend=beyond(values, colours), **place
     )

@@ -16,8 +16,9 @@ from ..vtu.inside import field_inside, filled_bodies, grid_inside, inside_cells
 from ..vtu.revolve import check_revolved, revolved
 from .bands import band_colours, beyond
 from .curves import headed_end
-from .stress import COARSE
-from .surface import AZIMUTH, ELEVATION, Sampled, draw_bodies, fit_axes
+from .model_in_space import BELOW
+from .stress import COARSE, largest_known
+from .surface import AZIMUTH, COLOUR_BAR, ELEVATION, Sampled, draw_bodies, fit_axes
 from .view import View
 
 Part = tuple[Array, dict[str, Array], Index]
@@ -35,12 +36,15 @@ def draw_turned(figure: Any, solution: SolutionData, view: View, degrees: float)
     check_revolved([*solution.meshes.values()], degrees)
     bodies = {name: turned(solution, name, degrees) for name in solution.meshes}
     values = np.concatenate([body.values for body in bodies.values()])
-    axes, colours = figure.add_subplot(projection="3d"), band_colours(values)
+    known = largest_known(solution, "von_mises", bodies)
+    figure.get_layout_engine().set(rect=(0.0, BELOW, 1.0, 1.0 - BELOW))  # for the names of axes
+    axes = figure.add_subplot(projection="3d")
+    colours = band_colours(values, max((value for value, *_ in known), default=None))
     eye = view.eye or (ELEVATION, AZIMUTH)
     moved = draw_bodies(axes, solution, bodies, view.factor, colours, eye)
     fit_axes(axes, solution, moved.min(axis=0), moved.max(axis=0))
     what = label("von Mises stress", solution.problem.units.stress)
-    figure.colorbar(colours, ax=axes, label=what, shrink=0.75, extend=beyond(values, colours))
+    figure.colorbar(colours, ax=axes, label=what, extend=beyond(values, colours), **COLOUR_BAR)
     title = "\n".join(filter(None, (headed_end(solution), view.text)))
     figure.suptitle(title, fontsize="medium")
 
@@ -68,7 +72,8 @@ def _half_sections(solution: SolutionData, name: str, degrees: float) -> Iterato
     grid = grid_inside(solution.meshes[name], (COARSE, COARSE))
     section = inside_cells(field_inside(solution, grid, name))
     whole, count = revolved(section, degrees), len(section.points)
-    for face in (slice(count), slice(-count, None)):
+    angles = len(whole.points) // count
+    for face in (slice(None, None, angles), slice(angles - 1, None, angles)):
         data = {key: values[face] for key, values in whole.point_data.items()}
         data["normal"] = np.zeros((count, 3))  # seen from all sides
         yield whole.points[face], data, section.cells_dict["triangle"]

@@ -37,28 +37,25 @@ def revolved(section: meshio.Mesh, degrees: float) -> meshio.Mesh:
     """Cells of a section in (r, z), turned about the axis z from the plane y = 0.
 
     Point data with three components are vectors (r, z, θ), with six symmetric tensors rr, zz, θθ,
-    rz, zθ, rθ as the section's file has them; they become those of x, y, z.
+    rz, zθ, rθ as the section's file has them; they become those of x, y, z. What has one value all
+    round stands side by side, in single precision: files are compressed to a quarter.
     """
     # cells of 7.5 degrees at most, whose chords leave 2e-3 of the radius
     count = math.ceil(degrees / 7.5 - 1e-9)
     angles = np.radians(degrees / count * np.arange(count + (degrees < 360.0)))
     frames = np.array([_frame(angle) for angle in angles])
-    first = (
-        len(section.points)
-        * np.arange(count + 1)[:, None, None]
-        % (len(section.points) * len(angles))
-    )
-    blocks = []
+    place, blocks = np.arange(count + 1)[:, None] % len(angles), []
     for block in section.cells:
         kind, order = CELLS[block.type]
-        cells = np.concatenate([block.data + first[:-1], block.data + first[1:]], axis=2)
+        at = len(angles) * block.data[:, None] + place
+        cells = np.concatenate([at[:, :-1], at[:, 1:]], axis=2)
         blocks.append((kind, cells[:, :, order].reshape(-1, len(order))))
     return meshio.Mesh(
         _turned(section.points, frames),
         blocks,
         point_data={name: _turned(values, frames) for name, values in section.point_data.items()},
         cell_data={
-            name: [np.tile(part, count) for part in parts]
+            name: [np.repeat(part, count) for part in parts]
             for name, parts in section.cell_data.items()
         },
     )
@@ -67,7 +64,7 @@ def revolved(section: meshio.Mesh, degrees: float) -> meshio.Mesh:
 def _frame(angle: float) -> Array:
     """Directions of r, z and θ, as columns."""
     c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, 0.0, -s], [s, 0.0, c], [0.0, 1.0, 0.0]])
+    return np.array([[c, 0.0, -s], [s, 0.0, c], [0.0, 1.0, 0.0]], dtype=np.float32)
 
 
 TENSOR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
@@ -75,11 +72,12 @@ TENSOR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 
 
 def _turned(values: Array, frames: Array) -> Array:
-    """Values of the section's points at all angles, one angle after another."""
+    """Values of the section's points, each at all angles."""
+    values = values.astype(np.float32)
     if values.ndim == 1:
-        return np.tile(values, len(frames))
+        return np.repeat(values, len(frames))
     if values.shape[1] == 3:
-        return np.asarray(np.einsum("aij,nj->ani", frames, values).reshape(-1, 3))
-    whole = np.einsum("aij,njk,alk->anil", frames, values[:, TENSOR], frames, optimize=True)
+        return np.asarray(np.einsum("aij,nj->nai", frames, values).reshape(-1, 3))
+    whole = np.einsum("aij,njk,alk->nail", frames, values[:, TENSOR], frames, optimize=True)
     i, j = (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)
     return np.asarray(whole[:, :, i, j].reshape(-1, 6))
