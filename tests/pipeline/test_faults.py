@@ -35,7 +35,7 @@ from petcontact.pipeline.steps import load_steps
 from petcontact.pipeline.steps import path as paths
 from petcontact.results import data
 from petcontact.results import solution as solutions
-from petcontact.runtime.signals import Interrupted
+from petcontact.runtime.signals import Interrupted, deferred, install
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -82,6 +82,21 @@ def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
     assert solution.status == "failed" and solution.iterations > 0
     assert np.all(np.isfinite(solution.u))
     assert sorted(os.listdir(tmp_path)) == ["case.h5", "case.toml"]
+
+
+def test_a_signal_during_a_write_waits_for_it(tmp_path, comm):
+    solution = solve(example(1, mesh=COARSE), comm=comm)
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    install()
+    try:
+        with pytest.raises(Interrupted, match="SIGTERM") as caught, deferred():
+            os.kill(os.getpid(), signal.SIGTERM)
+            write_solution(tmp_path / "r.h5", solution)
+    finally:
+        for number, handler in zip((signal.SIGINT, signal.SIGTERM), before, strict=True):
+            signal.signal(number, handler)
+    assert caught.value.exit_status == 143
+    assert read_result(tmp_path / "r.h5").converged
 
 
 def test_an_interrupt_goes_through_and_a_stop_is_kept(comm):

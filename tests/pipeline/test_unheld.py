@@ -127,8 +127,8 @@ def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
     assert "pushes it to turn about z" in solution.reason and "is not proved" in solution.reason
 
 
-@pytest.mark.parametrize("gap", ["y", "y + 5"])
-def test_a_body_that_only_expands(gap):
+@pytest.mark.parametrize(("gap", "apart"), [("y", False), ("y + 5", True)])
+def test_a_body_that_only_expands(gap, apart):
     """Nothing is carried, the residuals are those of nothing, and what touches nothing stays where
     it is."""
     solution = solved(block(gap, loads={"temperature": 100.0}, boundary=[]))
@@ -139,6 +139,7 @@ def test_a_body_that_only_expands(gap):
     assert np.ptp(u, axis=0) == pytest.approx([2.6e-3, 1.3e-3], rel=0.1)
     told = "step 'load': nothing holds 3 motions of body 'block'"
     assert any(text.startswith(told) for text in solution.warnings)
+    assert ("no contact anywhere (pair 'pair' lies 5 apart)" in str(solution.warnings)) == apart
 
 
 @pytest.mark.parametrize(("beside", "held"), [(0.9, True), (1.1, False)])
