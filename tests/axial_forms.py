@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import ellipe
+from shapes import drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import Problem, Solution
-from petcontact.model.base import parse
 
 E, NU, SIZE = 1.0, 0.3, 3.0
 """Material and size of the cylinders that are cut out of half spaces; contacts have radius 1."""
@@ -75,14 +75,6 @@ def displacement(pressure: Callable, r: np.ndarray, z: np.ndarray) -> np.ndarray
 def indented(name: str, scale: float = 1e-2) -> Problem:
     """The cylinder r < 3, -3 < z < 0 under an indenter, all lengths of it times a scale."""
     known = INDENTED[name]
-    sides = [
-        {"part": "right", "to": [SIZE, 0.0]},
-        {"part": "free", "to": [1.0, 0.0]} if name == "flat" else {"part": "top", "to": [1.0, 0.0]},
-        {"part": "top", "to": [0.0, 0.0]},
-        {"part": "axis", "to": [0.0, -SIZE]},
-        {"part": "bottom", "to": [SIZE, -SIZE]},
-    ]
-
     last: list[np.ndarray] = []  # of places, and what both components are there
 
     def component(k: int) -> Callable:
@@ -93,28 +85,25 @@ def indented(name: str, scale: float = 1e-2) -> Problem:
 
         return values
 
-    held = {"condition": "displacement", "value": (component(0), component(1))}
-    free = [{"part": "free", "condition": "traction", "value": (0.0, 0.0)}]
-    data = {
-        "symmetry": "axial",
-        "material": {"young_modulus": E, "poisson_ratio": NU},
-        "geometry": {"shape": "outline", "loops": [sides]},
-        "boundary": [
-            {"part": "right", **held},
-            {"part": "bottom", **held},
-            *free[: name == "flat"],
+    rim = "free" if name == "flat" else "top"
+    return problem(
+        symmetry="axial",
+        material=elastic(E, NU),
+        geometry=cylinder(rim),
+        boundary=[
+            *(moved(part, (component(0), component(1))) for part in ("right", "bottom")),
+            *([drawn("free", (0.0, 0.0))] if rim == "free" else []),
         ],
-        "obstacle": [{"name": "indenter", "displacement": [0.0, -scale * known.depth]}],
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": "top",
-                "primary": "indenter",
-                "gap": f"{scale}*({known.gap})",
-            }
-        ],
-    }
-    return parse(Problem, data, name)
+        obstacle=[{"name": "indenter", "displacement": [0.0, -scale * known.depth]}],
+        contact=[touching("pair", "top", "indenter", gap=f"{scale}*({known.gap})")],
+    )
+
+
+def cylinder(rim: str) -> dict:
+    """r < 3, -3 < z < 0, of which the top ends at r = 1 and goes on as the part `rim`."""
+    ends = [("right", SIZE, 0.0), (rim, 1.0, 0.0), ("top", 0.0, 0.0)]
+    ends += [("axis", 0.0, -SIZE), ("bottom", SIZE, -SIZE)]
+    return {"shape": "outline", "loops": [[{"part": part, "to": [x, y]} for part, x, y in ends]]}
 
 
 def indented_errors(name: str, solution: Solution, scale: float = 1e-2) -> tuple[float, float]:
@@ -150,22 +139,18 @@ def disc_shear(r: np.ndarray) -> np.ndarray:
 
 def turned_disc() -> Problem:
     """The cylinder of `indented`, of which a disc on the top is turned; nothing else holds it."""
-    sides = {"right": [SIZE, 0.0], "free": [1.0, 0.0], "top": [0.0, 0.0], "axis": [0.0, -SIZE]}
-    loop = [{"part": k, "to": v} for k, v in (sides | {"bottom": [SIZE, -SIZE]}).items()]
-    around = {"condition": "displacement"}
-    far = around | {"value": (0.0, 0.0, lambda x, y: turned_displacement(_rings(disc_shear), x, y))}
-    data = {
-        "symmetry": "axial",
-        "material": {"young_modulus": E, "poisson_ratio": NU},
-        "geometry": {"shape": "outline", "loops": [loop]},
-        "boundary": [
-            {"part": "right", **far},
-            {"part": "bottom", **far},
-            {"part": "free", "condition": "traction", "value": (0.0, 0.0)},
-            {"part": "top", **around, "value": ("free", "free", f"{TURN}*x")},
+    far = (0.0, 0.0, lambda x, y: turned_displacement(_rings(disc_shear), x, y))
+    return problem(
+        symmetry="axial",
+        material=elastic(E, NU),
+        geometry=cylinder("free"),
+        boundary=[
+            moved("right", far),
+            moved("bottom", far),
+            drawn("free", (0.0, 0.0)),
+            moved("top", ("free", "free", f"{TURN}*x")),
         ],
-    }
-    return parse(Problem, data, "disc")
+    )
 
 
 def disc_error(solution: Solution) -> float:
@@ -242,35 +227,18 @@ class Lubkin:
         bodies, changes = [], []
         for name, side in (("lower", -1.0), ("upper", 1.0)):
             low, high = sorted((0.0, side * SIZE))
-            far = "top" if side > 0.0 else "bottom"
-            bodies.append(
-                {
-                    "name": name,
-                    "material": {"young_modulus": E, "poisson_ratio": NU},
-                    "geometry": {
-                        "shape": "rectangle",
-                        "lower_left": [0.0, low],
-                        "upper_right": [SIZE, high],
-                    },
-                    "boundary": [
-                        {"part": part, "condition": "displacement", "value": given(side, 0.0)}
-                        for part in ("right", far)
-                    ],
-                }
-            )
-            changes += [
-                {"body": name, "part": part, "value": given(side, 1.0)} for part in ("right", far)
-            ]
-        pair = {
-            "name": "pair",
-            "secondary": "upper.bottom",
-            "primary": "lower.top",
-            "gap": f"{self.scale}*x**2",
-            "friction_coefficient": FRICTION,
-        }
-        steps = [{"name": "press"}, {"name": "turn", "boundary": changes}]
-        data = {"symmetry": "axial", "body": bodies, "contact": [pair], "step": steps}
-        return parse(Problem, data, "two balls")
+            faces = ("right", "top" if side > 0.0 else "bottom")
+            held = [moved(part, given(side, 0.0)) for part in faces]
+            shape = rectangle([0.0, low], [SIZE, high])
+            bodies.append(solid(name, shape, *held, material=elastic(E, NU)))
+            changes += [{"body": name, "part": part, "value": given(side, 1.0)} for part in faces]
+        law = {"gap": f"{self.scale}*x**2", "friction_coefficient": FRICTION}
+        return problem(
+            symmetry="axial",
+            body=bodies,
+            contact=[touching("pair", "upper.bottom", "lower.top", **law)],
+            step=[{"name": "press"}, {"name": "turn", "boundary": changes}],
+        )
 
     def errors(self, solution: Solution) -> tuple[float, float, float]:
         """Of the torque, of the shear in L2 of the nodes, both relative, and of the radius c."""

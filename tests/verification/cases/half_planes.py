@@ -75,60 +75,61 @@ def _points(count=400):
     return np.sin(t), 0.5 * np.pi * weights * np.cos(t)
 
 
-def hertz():
-    """A rigid parabola of radius 10."""
+def _pressed(title, name, force, pressure, gap):
+    """A rigid body that a force presses on a block, whose pressure is known."""
     where, weight = _points()
-    punch = Obstacle("parabola", displacement=(0.0, "free"), force=(0.0, -HERTZ.load))
     return Problem(
-        title="Hertz: rigid parabola on a half plane",
+        title=title,
         material=STEEL,
         geometry=Rectangle((-L, -L), (L, 0.0)),
-        boundary=_held(where, weight * HERTZ.pressure(where)),
-        obstacle=[punch],
-        contact=[Pair("top", secondary="top", primary="parabola", gap="x**2/20")],
+        boundary=_held(where, weight * pressure(where)),
+        obstacle=[Obstacle(name, displacement=(0.0, "free"), force=(0.0, -force))],
+        contact=[Pair("top", secondary="top", primary=name, gap=gap)],
     )
+
+
+def hertz():
+    """A rigid parabola of radius 10."""
+    title = "Hertz: rigid parabola on a half plane"
+    return _pressed(title, "parabola", HERTZ.load, HERTZ.pressure, "x**2/20")
 
 
 def hertz_pressure(x):
     return HERTZ.pressure(x[:, 0])
 
 
-def _punched(title, pair, load, motion):
+def _outline(far, near, name):
+    """A block whose top is free for |x| > near, and has a name between."""
+    corners = [(-far, -far), (far, -far), (far, 0.0), (near, 0.0), (-near, 0.0), (-far, 0.0)]
+    return Polygon(vertices=corners, parts=["bottom", "right", "free", name, "free", "left"])
+
+
+def _punched(title, normal, load):
     """A flat punch on |x| < 1 under the force 1; sides of the block beside it are free."""
     where, weight = _points()
-    corners = [(-L, -L), (L, -L), (L, 0.0), (1.0, 0.0), (-1.0, 0.0), (-L, 0.0)]
-    top = Polygon(vertices=corners, parts=["bottom", "right", "free", "punch", "free", "left"])
+    motion = {"displacement": (0.0, "free"), "rotation": 0.0, "force": (0.0, -1.0)}
     return Problem(
         title=title,
         material=STEEL,
-        geometry=top,
+        geometry=_outline(L, 1.0, "punch"),
         mesh=MeshOptions(0.4, order=4, grading=0.2, levels=12),
         boundary=[*_held(where, weight * load(where)), Traction("free", (0.0, 0.0))],
-        obstacle=[Obstacle("platen", displacement=motion, rotation=0.0, force=(0.0, -1.0))],
-        contact=[Pair("punch", secondary="punch", primary="platen", normal=pair)],
+        obstacle=[Obstacle("platen", **motion)],
+        contact=[Pair("punch", secondary="punch", primary="platen", normal=normal)],
     )
 
 
 def flat_punch():
     """Frictionless: p = 1/(π √(1 - x²))."""
-    return _punched(
-        "Flat punch, frictionless",
-        "unilateral",
-        lambda x: 1.0 / (np.pi * np.sqrt(1.0 - x**2)),
-        (0.0, "free"),
-    )
+    title, load = "Flat punch, frictionless", lambda x: 1.0 / (np.pi * np.sqrt(1.0 - x**2))
+    return _punched(title, "unilateral", load)
 
 
 def adhesive_load(x):
     """p + iq = 2(1-ν)/√(3-4ν) / (π √(1 - x²)) ((1+x)/(1-x))^(iη), η = ln(3-4ν)/(2π)."""
     kappa = 3.0 - 4.0 * NU
-    return (
-        2.0
-        * (1.0 - NU)
-        / np.sqrt(kappa)
-        / (np.pi * np.sqrt(1.0 - x**2))
-        * ((1.0 + x) / (1.0 - x)) ** (0.5j * np.log(kappa) / np.pi)
-    )
+    turn = ((1.0 + x) / (1.0 - x)) ** (0.5j * np.log(kappa) / np.pi)
+    return 2.0 * (1.0 - NU) / np.sqrt(kappa) / (np.pi * np.sqrt(1.0 - x**2)) * turn
 
 
 def adhesive_pressure(x):
@@ -141,7 +142,7 @@ def adhesive_shear(x):
 
 def adhesive_punch():
     """Rough: nothing slips."""
-    return _punched("Flat punch, bonded", "bonded", adhesive_load, (0.0, "free"))
+    return _punched("Flat punch, bonded", "bonded", adhesive_load)
 
 
 FLAT = np.arcsin(0.5)
@@ -155,69 +156,42 @@ def rounded_pressure(x):
     x = x[:, 0] if x.ndim == 2 else x
     phi = np.arcsin(np.clip(x, -1.0 + 1e-15, 1.0 - 1e-15))
     with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.sin(phi) * np.log(np.abs(np.sin(phi + FLAT) / np.sin(phi - FLAT))) + np.sin(
-            FLAT
-        ) * np.log(np.abs(np.tan(0.5 * (phi + FLAT)) * np.tan(0.5 * (phi - FLAT))))
+        logs = np.sin(phi) * np.log(np.abs(np.sin(phi + FLAT) / np.sin(phi - FLAT)))
+        tangents = np.tan(0.5 * (phi + FLAT)) * np.tan(0.5 * (phi - FLAT))
+        logs += np.sin(FLAT) * np.log(np.abs(tangents))
     width = np.pi - 2.0 * FLAT
-    return (
-        2.0
-        * ROUNDED_LOAD
-        / np.pi
-        / (width - np.sin(2.0 * FLAT))
-        * (width * np.cos(phi) + logs)
-        * (np.abs(x) < 1.0)
-    )
+    scale = 2.0 * ROUNDED_LOAD / (np.pi * (width - np.sin(2.0 * FLAT)))
+    return scale * (width * np.cos(phi) + logs) * (np.abs(x) < 1.0)
 
 
 def rounded_punch():
-    where, weight = _points()
-    punch = Obstacle("punch", displacement=(0.0, "free"), force=(0.0, -ROUNDED_LOAD))
-    return Problem(
-        title="Flat punch with rounded edges",
-        material=STEEL,
-        geometry=Rectangle((-L, -L), (L, 0.0)),
-        boundary=_held(where, weight * rounded_pressure(where)),
-        obstacle=[punch],
-        contact=[
-            Pair(
-                "top",
-                secondary="top",
-                primary="punch",
-                gap="where(abs(x) < 0.5, 0, (abs(x) - 0.5)**2/20)",
-            )
-        ],
-    )
+    title, gap = "Flat punch with rounded edges", "where(abs(x) < 0.5, 0, (abs(x) - 0.5)**2/20)"
+    return _pressed(title, "punch", ROUNDED_LOAD, rounded_pressure, gap)
 
 
 def spence_in_the_plane(steps=24):
     """The parabola, rough (µ = 0.3), in a block of 20: forces (k/steps)², so that the contact grows
     evenly."""
-    far, (where, weight) = 10.0, _points()
-    corners = [(-far, -far), (far, -far), (far, 0.0), (1.1, 0.0), (-1.1, 0.0), (-far, 0.0)]
+    where, weight = _points()
     load = weight * HERTZ.pressure(where)
 
     def step(share):
-        held = [
-            BoundaryChange(part=each.part, value=each.value) for each in _held(where, share * load)
-        ]
-        return Step(
-            boundary=held, obstacle=[ObstacleChange("parabola", force=(0.0, -share * HERTZ.load))]
-        )
+        held = _held(where, share * load)
+        changes = [BoundaryChange(part=each.part, value=each.value) for each in held]
+        force = ObstacleChange("parabola", force=(0.0, -share * HERTZ.load))
+        return Step(boundary=changes, obstacle=[force])
 
+    title = "Spence: rough rigid parabola on a half plane"
+    smooth = _pressed(title, "parabola", HERTZ.load, HERTZ.pressure, "x**2/20")
+    rough = smooth.contact[0].model_copy(update={"friction_coefficient": 0.3})
     return Problem(
-        title="Spence: rough rigid parabola on a half plane",
+        title=title,
         material=STEEL,
-        geometry=Polygon(
-            vertices=corners, parts=["bottom", "right", "free", "top", "free", "left"]
-        ),
+        geometry=_outline(10.0, 1.1, "top"),
         mesh=MeshOptions(1.0, element_sizes={"top": 0.05}, order=2),
         boundary=[*_held(where, load), Traction("free", (0.0, 0.0))],
-        obstacle=[Obstacle("parabola", displacement=(0.0, "free"), force=(0.0, -HERTZ.load))],
-        contact=[
-            Pair(
-                "top", secondary="top", primary="parabola", gap="x**2/20", friction_coefficient=0.3
-            )
-        ],
+        obstacle=smooth.obstacle,
+        contact=[rough],
         step=[step((k / steps) ** 2) for k in range(1, steps + 1)],
     )
 

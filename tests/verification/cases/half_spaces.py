@@ -63,52 +63,38 @@ def _space(sign, force, nu, young, move):
 def _spheres(title, nu, young, load, drags, approach, shifts):
     """R = 50, a = 1, µ = 0.4: approach and shifts of far points are given, step by step, and the
     forces are found."""
-    half, bodies, steps = 3.0, [], [[] for _ in range(len(drags))]
-    for name, sign, low, high, end in (
-        ("lower", 1.0, -half, 0.0, "bottom"),
-        ("upper", -1.0, 0.0, half, "top"),
+    half, bodies, changes = 3.0, [], [[] for _ in drags]
+    for name, sign, face, end in (
+        ("lower", 1.0, "top", "bottom"),
+        ("upper", -1.0, "bottom", "top"),
     ):
-        face = "top" if sign > 0.0 else "bottom"
+        low, high = sorted((0.0, -sign * half))
+        held = (*FACES, end)
         bodies.append(
             Body(
                 name,
                 Material(young, nu),
                 Box((-half, -half, low), (half, half, high)),
                 MeshOptions(1.5, element_sizes={face: 0.4}, order=1, exponent=1.0),
-                boundary=[Displacement(part, (0.0, 0.0, 0.0)) for part in (*FACES, end)],
+                boundary=[Displacement(part, (0.0, 0.0, 0.0)) for part in held],
             )
         )
-        for step, drag, shift in zip(steps, drags, shifts, strict=True):
+        for change, drag, shift in zip(changes, drags, shifts, strict=True):
             # half of approach and shift on either body: the lower one rises, and lags behind
-            field = _space(
-                sign, (drag, -load), nu, young, (-0.5 * sign * shift, 0.0, 0.5 * sign * approach)
-            )
-            step += [BoundaryChange(body=name, part=part, value=field) for part in (*FACES, end)]
-    pair = Pair(
-        "pair",
-        secondary="lower.top",
-        primary="upper.bottom",
-        gap="(x**2 + y**2)/100",
-        friction_coefficient=0.4,
-    )
-    pushes = [Step("push", increments=2, boundary=step) for step in steps[1:]]
-    return Problem(
-        title=title, body=bodies, contact=[pair], step=[Step("press", boundary=steps[0]), *pushes]
-    )
+            move = (-0.5 * sign * shift, 0.0, 0.5 * sign * approach)
+            field = _space(sign, (drag, -load), nu, young, move)
+            change += [BoundaryChange(body=name, part=part, value=field) for part in held]
+    sides = {"secondary": "lower.top", "primary": "upper.bottom"}
+    pair = Pair("pair", **sides, gap="(x**2 + y**2)/100", friction_coefficient=0.4)
+    pushes = [Step("push", increments=2, boundary=change) for change in changes[1:]]
+    steps = [Step("press", boundary=changes[0]), *pushes]
+    return Problem(title=title, body=bodies, contact=[pair], step=steps)
 
 
 def cattaneo_in_space():
     """CONTACT's example cattaneo: G = 200, ν = 0.42, approach 0.02 and shift 0.0081724."""
-    drag = 0.875 * 0.4 * 9.1954
-    return _spheres(
-        "CONTACT, cattaneo: spheres with ν = 0.42",
-        0.42,
-        568.0,
-        9.1954,
-        (0.0, drag),
-        0.02,
-        (0.0, 0.0081724),
-    )
+    title, load, shifts = "CONTACT, cattaneo: spheres with ν = 0.42", 9.1954, (0.0, 0.0081724)
+    return _spheres(title, 0.42, 568.0, load, (0.0, 0.875 * 0.4 * load), 0.02, shifts)
 
 
 POINT = PointContact(16.0 / 3.0, 50.0, 200.0)
@@ -121,15 +107,9 @@ LOOP = DRAGGED.dissipated_in_a_cycle(200.0)
 def mindlin_in_space():
     """Press, +Q, -Q, +Q with ν = 0; shift 3µP/(16a)·2(2-ν)/G·(1 - (c/a)²), c/a = 0.6."""
     q, shift = DRAGGED.force, 3.0 * 0.4 * POINT.load / 16.0 * 4.0 / 200.0 * (1.0 - 0.6**2)
-    return _spheres(
-        "Cattaneo, Mindlin and Deresiewicz: spheres pushed to and fro",
-        0.0,
-        400.0,
-        POINT.load,
-        (0.0, q, -q, q),
-        POINT.approach,
-        (0.0, shift, -shift, shift),
-    )
+    title, drags = "Cattaneo, Mindlin and Deresiewicz: spheres pushed to and fro", (0.0, q, -q, q)
+    shifts = (0.0, shift, -shift, shift)
+    return _spheres(title, 0.0, 400.0, POINT.load, drags, POINT.approach, shifts)
 
 
 def _beside(force=(0.6, -1.0)):
@@ -174,10 +154,14 @@ def spence(steps=35, far=100.0):
     load, shares = 0.4705, [(k / steps) ** 3 for k in range(1, steps + 1)]
 
     def field(share):
-        def component(k):
-            return lambda x, y: half_space(x, 0.0 * x, y, (0.0, -share * load), 0.0, 1.0)[k]
+        force = (0.0, -share * load)
+        return tuple(
+            lambda x, y, k=k: half_space(x, 0.0 * x, y, force, 0.0, 1.0)[k] for k in (0, 2)
+        )
 
-        return component(0), component(2)
+    def step(share):
+        pressed = ObstacleChange("sphere", force=(0.0, -share * load))
+        return Step(boundary=[BoundaryChange(part="far", value=field(share))], obstacle=[pressed])
 
     sides = [
         {"part": "far", "to": [far, 0.0], "radius": far},
@@ -185,6 +169,7 @@ def spence(steps=35, far=100.0):
         {"part": "top", "to": [0.0, 0.0]},
         {"part": "axis", "to": [0.0, -far]},
     ]
+    law = {"gap": "x**2/243", "friction_coefficient": 0.2986}
     return Problem(
         title="Spence: rigid sphere on a half space, µ = 0.2986",
         symmetry="axial",
@@ -192,22 +177,8 @@ def spence(steps=35, far=100.0):
         geometry=SideBySide(loops=[sides]),
         boundary=[Displacement("far", field(1.0)), Traction("free", (0.0, 0.0))],
         obstacle=[Obstacle("sphere", displacement=(0.0, "free"), force=(0.0, -load))],
-        contact=[
-            Pair(
-                "top",
-                secondary="top",
-                primary="sphere",
-                gap="x**2/243",
-                friction_coefficient=0.2986,
-            )
-        ],
-        step=[
-            Step(
-                boundary=[BoundaryChange(part="far", value=field(share))],
-                obstacle=[ObstacleChange("sphere", force=(0.0, -share * load))],
-            )
-            for share in shares
-        ],
+        contact=[Pair("top", secondary="top", primary="sphere", **law)],
+        step=[step(share) for share in shares],
     )
 
 

@@ -53,24 +53,12 @@ def _cell(at, start, turn):
     axis."""
     (near, middle, far), (a, b, c) = at, (start, start + 0.5 * turn, start + turn)
     point = lambda rz, angle: (rz[0] * np.cos(angle), rz[0] * np.sin(angle), rz[1])  # noqa: E731
+    ends = [(near, a), (far, a), (far, c), (near, c)]
+    middles = [(middle, a), (far, b), (middle, c)]
+    inner = [(near, b), (middle, b)]
     if near[0] < 1e-12:
-        return [
-            point(near, a),
-            point(far, a),
-            point(far, c),
-            point(middle, a),
-            point(far, b),
-            point(middle, c),
-        ]
-    corners = [point(near, a), point(far, a), point(far, c), point(near, c)]
-    return [
-        *corners,
-        point(middle, a),
-        point(far, b),
-        point(middle, c),
-        point(near, b),
-        point(middle, b),
-    ]
+        ends, inner = ends[:3], []
+    return [point(*place) for place in (*ends, *middles, *inner)]
 
 
 def line(start, end):
@@ -80,11 +68,12 @@ def line(start, end):
 
 def arc(centre, radius, first, last):
     """The circle about (r, z) between two angles."""
-    return lambda t: (
-        np.array(centre)
-        + radius
-        * np.array([np.cos(first + t * (last - first)), np.sin(first + t * (last - first))])
-    )
+
+    def at(t):
+        angle = first + t * (last - first)
+        return np.array(centre) + radius * np.array([np.cos(angle), np.sin(angle)])
+
+    return at
 
 
 PUNCH = {"young": 1.0, "nu": 0.3, "far": 6.0, "shear": 1.0 / 2.6}
@@ -133,20 +122,11 @@ def round_punch(kind="frictionless"):
     if kind == "pushed":
         held.append(Displacement("punch", (1.0, 0.0, "free")))
     else:
-        moved, turned = (
-            ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-            if kind == "twisted"
-            else ((0.0, 0.0, -1.0), (0.0, 0.0, 0.0))
-        )
-        obstacle = [Obstacle("punch", displacement=moved, rotation=turned)]
-        pair = [
-            Pair(
-                "face",
-                secondary="half.punch",
-                primary="punch",
-                normal="bilateral" if kind == "frictionless" else "bonded",
-            )
-        ]
+        down, turn = (0.0, 1.0) if kind == "twisted" else (-1.0, 0.0)
+        moves = {"displacement": (0.0, 0.0, down), "rotation": (0.0, 0.0, turn)}
+        obstacle = [Obstacle("punch", **moves)]
+        normal = "bilateral" if kind == "frictionless" else "bonded"
+        pair = [Pair("face", secondary="half.punch", primary="punch", normal=normal)]
     body = Body("half", Material(young, nu), Gmsh(file), MeshOptions(order=2), boundary=held)
     return Problem(title=f"Round flat punch, {kind}", body=[body], obstacle=obstacle, contact=pair)
 
