@@ -3,8 +3,6 @@ input refused."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
@@ -14,19 +12,15 @@ from petcontact import (
     InputError,
     Material,
     MeshOptions,
-    Polygon,
     Problem,
     Rectangle,
     SideBySide,
     Traction,
 )
-from petcontact.bem.boundary_data import free_motions
 from petcontact.pipeline.pose.discretise import discretise
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))
 STEEL = Material(young_modulus=1.0, poisson_ratio=0.3)
-NAMES = ("bottom", "right", "top", "left")
-DOVETAIL = Polygon(vertices=((0, 0), (4, 0), (3, 2), (1, 2)), parts=NAMES)
 
 
 def contact(part, g=1.0):
@@ -50,12 +44,6 @@ def data(*boundary, body=BOX, **mesh):
     )
     discrete = discretise(problem)
     return discrete.meshes[0], discrete.data[0], discrete.law
-
-
-def motions(*boundary, **given):
-    """How many rigid motions are found by contact or are free; it is all or none of a body."""
-    mesh, known, _ = data(*boundary, **given)
-    return free_motions(known, mesh).shape[2]
 
 
 def test_expressions_are_evaluated_at_the_nodes_of_their_part():
@@ -100,34 +88,6 @@ def test_pressure_acts_against_the_normal():
     assert np.allclose(m.normal[arc], m.x[arc], atol=1e-14)
 
 
-def test_roller_knows_one_displacement_and_no_traction_along_the_other():
-    m, d, _ = data(
-        contact("bottom"), Displacement(part="left", value=(0.5, "free")), *free("top", "right")
-    )
-    left = m.nodes_of("left")
-    assert np.array_equal(d.traction_known[left], [[False, True]] * len(left))
-    assert np.array_equal(d.value[1, left], [[0.5, 0.0]] * len(left))
-
-
-def test_tangent_is_the_normal_turned_by_90_degrees_and_frames_are_orthonormal():
-    m, d, law = data(
-        contact("bottom"), contact("left", 2.0), contact("right", "3"), *free("top"), body=DOVETAIL
-    )
-    nodes = d.contact_nodes
-    normal = m.normal[nodes]
-    tangent, along = d.contact_frame[:, 0], d.contact_directions[:, 0]
-    assert np.allclose(tangent, np.column_stack([-normal[:, 1], normal[:, 0]]))
-    assert np.allclose(np.einsum("nci,ndi->ncd", d.frame, d.frame), np.eye(2), atol=1e-14)
-    bottom = m.node_part[nodes] == 0
-    assert np.allclose(tangent[bottom], [1.0, 0.0])
-    assert {float(g) for g in law.bound} == {1.0, 2.0, 3.0}
-    # the direction nearer to the x axis comes first, so that equations belong to their unknowns
-    assert np.all(np.abs(d.frame[:, 0, 0]) >= math.sqrt(0.5) - 1e-12)
-    assert np.array_equal(d.frame[nodes, along], tangent)
-    assert d.traction_known[nodes, along].all() and not d.traction_known[nodes, 1 - along].any()
-    assert np.array_equal(d.contact_unknowns, 2 * nodes + along)
-
-
 SIDES = free("left", "right")
 
 
@@ -160,20 +120,3 @@ def test_ill_posed_problems_are_refused_in_one_line(boundary, message):
     with pytest.raises(InputError, match=message) as caught:
         data(clamped("top"), *boundary)
     assert "\n" not in str(caught.value)
-
-
-def test_bodies_of_any_size_are_judged_alike():
-    """Whether a body is held depends on its shape only: 1e-6 of a unit, 1e6 units, far off the
-    origin."""
-    for size, offset in ((1e-6, 0.0), (1e6, 0.0), (1.0, 1e5)):
-        body = Rectangle(
-            lower_left=(offset, offset), upper_right=(offset + 2.0 * size, offset + size)
-        )
-        held = (
-            contact("bottom"),
-            Displacement(part="left", value=(0.0, "free")),
-            *free("top", "right"),
-        )
-        given = {"body": body, "element_size": 0.25 * size}
-        assert motions(*held, **given) == 0
-        assert motions(contact("bottom", 0.0), *free("left", "top", "right"), **given) == 3

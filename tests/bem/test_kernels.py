@@ -65,16 +65,3 @@ def test_integrals_are_pure_numbers():
         )
     for one, other in zip(*pairs, strict=True):
         assert np.allclose(one, other, rtol=1e-9, atol=1e-11)
-
-
-def test_plane_stress_is_plane_strain_with_other_constants():
-    case = example(1)
-    stress = case.material.model_copy(update={"plane": "stress"})
-    ratio = stress.poisson_ratio / (1.0 + stress.poisson_ratio)
-    young = 2.0 * stress.shear_modulus * (1.0 + ratio)
-    same = case.material.model_copy(update={"poisson_ratio": ratio, "young_modulus": young})
-    assert stress.plane_strain_ratio == pytest.approx(ratio)
-    one, other = Kelvin2D(stress, 1.0), Kelvin2D(same, 1.0)
-    assert one.traction_scale == pytest.approx(other.traction_scale)
-    assert one.half_space_compliance == pytest.approx(2.0 / (np.pi * stress.young_modulus))
-    assert one.half_space_compliance == pytest.approx(other.half_space_compliance)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from prepared import filled
 from prepared import operators as operators_of
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Traction
 
-END = np.array([0.0, 1.0])
-"""All of the last load state."""
 PENTAGON = Polygon(
     vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e")
 )
@@ -33,25 +30,6 @@ def problem_of(order: int, plane: str = "strain", size: float = 0.4):
             Displacement(part="e", value=(0.0, "free")),
         ),
     )
-
-
-@pytest.mark.parametrize("order", [1, 2, 5])
-@pytest.mark.parametrize("plane", ["strain", "stress"])
-def test_linear_fields_leave_no_residual(order, plane):
-    """Rigid rotation and constant stress (patch test): exact for order >= 1."""
-    ops = operators(order, plane)
-    mesh, material = ops.mesh, ops.kernel.material
-    mu, nu = material.shear_modulus, material.plane_strain_ratio
-    gradients = [
-        np.array([[0, -1], [1, 0]]),
-        np.array([[1, 0.3], [-0.2, 0.5]]),
-        np.array([[0.1, 1], [1, -0.1]]),
-    ]
-    for gradient in gradients:
-        strain = 0.5 * (gradient + gradient.T)
-        stress = 2 * mu * (strain + nu / (1 - 2 * nu) * np.trace(strain) * np.eye(2))
-        residual = ops.residual(np.arange(mesh.n_nodes), mesh.x @ gradient.T, mesh.normal @ stress)
-        assert np.abs(residual).max() < 1e-11
 
 
 def test_blocks_are_the_whole_matrix():

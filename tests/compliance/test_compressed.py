@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from examples import example
-from marks import slow
 from prepared import Posed, operators
 
 from petcontact import InputError, MeshOptions, SolverError, solve
@@ -18,40 +16,10 @@ from petcontact.runtime.petsc import options
 pytestmark = pytest.mark.usefixtures("unestimated")
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-MESHES = [
-    MeshOptions(element_size=0.05),
-    MeshOptions(element_size=0.4, order=3),
-    MeshOptions(order=2, grading=0.4, levels=9),
-]
 
 
 def compressed(case, **bem):
     return case.model_copy(update={"bem": Bem(mat_type="hodlr", **bem)})
-
-
-@pytest.mark.parametrize(
-    ("number", "mesh"),
-    [slow(1, MESHES[0], id="uniform"), slow(2, MESHES[1], id="order 3"), (1, MESHES[2])],
-)
-def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
-    case = example(number, mesh=mesh)
-    whole = Posed(case, comm)
-    dense = whole.system
-    for tolerance in (1e-6, 1e-10):
-        posed = Posed(compressed(case, hodlr_tol=tolerance, hodlr_leaf=16), comm)
-        system = posed.system
-        compliance, exact = system.compliance(), dense.compliance()
-        # cond(A_0) is some 1e3 to 1e5 here
-        assert np.abs(compliance - exact).max() < 1e5 * tolerance * np.abs(exact).max()
-        assert np.abs(system.u_0 - dense.u_0).max() < 1e5 * tolerance * np.abs(dense.u_0).max()
-        sigma = np.cos(whole.operators.mesh.x[whole.operators.data.contact_nodes, :1])
-        assert np.allclose(
-            system.apply(sigma)[:, 0], compliance @ sigma[:, 0], atol=1e-12 * np.abs(exact).sum()
-        )
-        for a, b in zip(posed.boundary(sigma), whole.boundary(sigma), strict=True):
-            assert np.abs(a - b).max() < 1e5 * tolerance * np.abs(b).max()
-        posed.close()
-    whole.close()
 
 
 def test_a_compression_that_misses_its_tolerance_is_an_error(comm, monkeypatch):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from examples import example
-from marks import slow
 from prepared import Posed
 
 from petcontact import MeshOptions
@@ -13,21 +12,13 @@ from petcontact.compliance.hessenberg import HessenbergCompliance
 from petcontact.model.solver_options import Bem
 from petcontact.runtime.petsc import options
 
-MESHES = [
-    MeshOptions(element_size=0.1),
-    MeshOptions(element_size=0.4, order=3),
-    MeshOptions(order=2, grading=0.4, levels=5),
-]
+GRADED = MeshOptions(order=2, grading=0.4, levels=5)
 
 
-@pytest.mark.parametrize(
-    ("number", "mesh"),
-    [slow(1, MESHES[0], id="uniform"), slow(2, MESHES[1], id="order 3"), (1, MESHES[2])],
-)
-def test_robin_solves_are_those_of_the_system(number, mesh, comm):
+def test_robin_solves_are_those_of_the_system(comm):
     rng = np.random.default_rng(3)
     for bem in (Bem(mat_type="dense"), Bem(mat_type="hodlr", hodlr_leaf=16)):
-        case = example(number, mesh=mesh).model_copy(update={"bem": bem})
+        case = example(1, mesh=GRADED).model_copy(update={"bem": bem})
         alone, together = Posed(case, comm), Posed(case, comm, cases=8)
         system, shared = alone.system, together.system
         assert isinstance(together.bodies.operator, HessenbergCompliance)

@@ -7,12 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from marks import slow
 from prepared import Posed
 
-from petcontact import InputError, SolverError, load, solve
-from petcontact.compliance.body.dense import DenseBody
-from petcontact.compliance.hierarchical.body import HierarchicalBody
+from petcontact import InputError, SolverError, load
 from petcontact.compliance.hierarchical.posed import Balance
 from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.contact.linearisation import Linearisation
@@ -66,30 +63,6 @@ def test_products_and_robin_solves_are_the_dense_ones_to_the_tolerance(mixed, de
             assert near(a, b, 1e-3)
 
 
-@pytest.mark.parametrize(
-    ("name", "method"),
-    [
-        slow("space_a", {}),
-        slow("space_bracket", {}),
-        slow("space_b", {"method.rule": "self-adaptive"}),
-        slow("space_a", {"method.name": "operator-robin"}),
-        slow("space_b", {"method.rule": "modified"}),
-    ],
-    ids=["A", "bracket", "B 4.2", "A by T", "B 4.3"],
-)
-def test_solves_are_those_of_dense_operators(name, method, comm):
-    mesh, found = {"mesh": {"order": 1}} if name == "space_bracket" else COARSE, {}
-    for kind in ("dense", "hmatrix"):
-        given = {**method, "bem.mat_type": kind, "bem.hmatrix_tol": 1e-5}
-        case = load(CONFIGS / f"{name}.toml", {**mesh, **given})
-        found[kind] = solve(case, comm=comm)
-        assert found[kind].converged
-    one, other = found["hmatrix"].contact, found["dense"].contact
-    assert near(one.sigma_t, other.sigma_t, 2e-4) and near(one.u_t, other.u_t, 1e-4)
-    assert abs(found["hmatrix"].iterations - found["dense"].iterations) <= 8
-    assert found["hmatrix"].elastic_residual < 1e-5
-
-
 def test_a_compression_that_went_wrong_is_refused(comm, monkeypatch):
     whole = HMatrix.mult
     monkeypatch.setattr(HMatrix, "mult", lambda self, x: 1.001 * whole(self, x))
@@ -101,18 +74,6 @@ def test_too_little_memory_is_told_before_the_build(comm, monkeypatch):
     monkeypatch.setattr("petcontact.compliance.hierarchical.rows.physical_memory", lambda: 1e6)
     with pytest.raises(InputError, match=r"compressed operator of \d+ nodes takes about"):
         Posed(problem(**TIGHT), comm)
-
-
-@pytest.mark.slow
-def test_auto_compresses_what_is_cheaper_compressed(comm):
-    small, large = (
-        Posed(load(CONFIGS / "space_a.toml", {"mesh.element_size": h}), comm) for h in (1.4, 0.9)
-    )
-    assert isinstance(small.body, DenseBody) and isinstance(large.body, HierarchicalBody)
-    for made in (small, large):
-        made.close()
-    with pytest.raises(InputError, match="compresses surfaces in space"):
-        Posed(load(CONFIGS / "example1.toml", {"bem.mat_type": "hmatrix"}), comm)
 
 
 def test_forces_out_of_balance_are_solved_for_however_small_the_residual_is(mixed, monkeypatch):

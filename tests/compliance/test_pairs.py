@@ -131,23 +131,6 @@ def test_bodies_are_solved_as_on_dense_operators(name):
             assert near(step.obstacles[key].displacement, obstacle.displacement)
 
 
-@pytest.mark.slow
-def test_one_body_is_dense_and_the_other_compressed(monkeypatch):
-    compressed_from(230, "hmatrix", monkeypatch)
-    data = blocks(friction_coefficient=0.3)
-    data["body"][1]["mesh"]["element_size"] = 1.0
-    prepared = prepare(parse_problem(data, "test", {}, Path()))
-    assert [type(body) for body in prepared.system.bodies] == [HierarchicalBody, DenseBody]
-    prepared.close()
-    mixed, dense = solved(data, "auto", TOLERANCE), solved(data, "dense")
-    assert "dense" in mixed.provenance.solver and "hmatrix" in mixed.provenance.solver
-    wanted = dense.pairs["pair"]
-    assert (
-        np.abs(mixed.pairs["pair"].pressure - wanted.pressure).max()
-        <= 20 * TOLERANCE * wanted.pressure.max()
-    )
-
-
 def test_a_part_that_is_a_secondary_twice_is_refused():
     data = blocks()
     again = {**data["contact"][0], "name": "again", "primary": "wall"}

@@ -9,8 +9,6 @@ from marks import slow
 
 from petcontact.compression.hodlr import compress, factor
 
-SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]])
-
 
 def turned(values):
     """Cases with corners and gradings with one of the values each; the other pairs are slow."""
@@ -173,16 +171,3 @@ def test_no_columns_at_all_and_a_vector_of_the_wrong_length():
         factor(matrix)
     with pytest.raises(ValueError, match="31 rows given where this rank has 32"):
         compressed(Mixed(circle(16))).mult(np.zeros(31))
-
-
-@pytest.mark.slow
-def test_a_factorisation_may_use_up_its_matrix(rng):
-    operator = Mixed(case("star", rng))
-    kept, spent = compressed(operator), compressed(operator)
-    b = rng.standard_normal(kept.shape[0])
-    expected, before = factor(kept).solve(b), spent.nbytes
-    inverse = factor(spent, use_up=True)
-    assert np.array_equal(inverse.solve(b), expected)
-    assert spent.nbytes < 0.7 * before and inverse.nbytes > 0
-    with pytest.raises(AssertionError, match="used up"):
-        spent @ b

@@ -11,17 +11,9 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact import (
-    Circle,
-    InputError,
-    Polygon,
-    Problem,
-    Rectangle,
-    SideBySide,
-)
+from petcontact import Circle, InputError, Polygon, Rectangle, SideBySide
 from petcontact.geometry.arcs import turn_through
 from petcontact.geometry.outline import Outline, Side, arc, oriented
-from petcontact.model.base import parse
 
 angles = st.floats(-math.pi, math.pi)
 
@@ -67,18 +59,6 @@ def test_arc_through_points_of_a_line():
     assert turn_through(np.zeros(2), np.array([1.0, 1.0]), np.array([3.0, 3.0])) == 0.0
     with pytest.raises(InputError, match="makes no arc"):
         turn_through(np.zeros(2), np.array([4.0, 4.0]), np.array([3.0, 3.0]))
-
-
-def test_radius_turns_left_where_positive_and_right_where_negative():
-    """A half disc on top of a square, and one cut out of it."""
-    base = (straight("right", 2, 0), straight("right", 2, 2))
-    bulge = outline((*base, {"part": "top", "to": (0, 2), "radius": 1.0}, straight("left", 0, 0)))
-    notch = outline((*base, {"part": "top", "to": (0, 2), "radius": -1.0}, straight("left", 0, 0)))
-    assert bulge.polygon(400).area == pytest.approx(4.0 + 0.5 * math.pi, rel=1e-5)
-    assert notch.polygon(400).area == pytest.approx(4.0 - 0.5 * math.pi, rel=1e-5)
-    assert sum(side.length for side in bulge.sides if side.part == "top") == pytest.approx(
-        math.pi, rel=1e-12
-    )
 
 
 def test_loops_are_turned_the_right_way_round_and_the_largest_is_the_outer_one():
@@ -142,22 +122,6 @@ def test_what_is_no_outline_is_refused_in_one_line(make, message):
     with pytest.raises(InputError, match=message) as caught:
         make()
     assert "\n" not in str(caught.value)
-
-
-def test_keys_of_an_outline_in_a_config_are_named_in_errors():
-    material = {"young_modulus": 1.0, "poisson_ratio": 0.3}
-    data = {
-        "material": material,
-        "boundary": [],
-        "geometry": {"shape": "outline", "loops": [[{"part": "a", "too": [1, 0]}]]},
-    }
-    with pytest.raises(
-        InputError, match=r"^case\.toml: geometry.*too: unknown key, did you mean 'to'\?"
-    ):
-        parse(Problem, data, "case.toml")
-    data["geometry"] = {"shape": "octagon"}
-    with pytest.raises(InputError, match=r"^case\.toml: geometry.shape.*'gmsh', 'outline'"):
-        parse(Problem, data, "case.toml")
 
 
 @pytest.mark.parametrize(

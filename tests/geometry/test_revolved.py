@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-
 import numpy as np
 import pytest
-from curved_bodies import as_surface, vector_area
+from curved_bodies import vector_area
 from marks import slow
 
 from petcontact import Circle, InputError, Revolved
@@ -15,8 +13,6 @@ from petcontact.mesh.panelling import round_mesh
 from petcontact.refinement.panels.quartering import cut
 
 PI = np.pi
-MATERIAL = {"young_modulus": 1.0, "poisson_ratio": 0.3}
-OPEN = {"condition": "contact", "normal": "unilateral", "gap": 10.0}
 BALL = [Side("ball", (1, 0), radius=1.0), Side("ball", (0, 1), radius=1.0), Side("axis", (0, -1))]
 RING = [Side("below", (2, 0)), Side("outer", (2, 1)), Side("above", (1, 1)), Side("inner", (1, 0))]
 SHELL = [
@@ -59,6 +55,10 @@ def test_area_and_volume_are_those_of_quadratic_panels(name):
         order > (1.5 if name == "cone" else 2.0) or coarse < 2e-4
     )  # a tip has eight panels
     assert body.outline().area == pytest.approx(exact[0], rel=2e-3)
+    # closed, and of panels that are not folded
+    mesh = measures(body, 0.5)[0]
+    assert np.abs(vector_area(mesh)).max() < 1e-13 * mesh.weight.sum()
+    assert max(batch.elements.distortion.max() for batch in mesh.batches()) < 2.0
 
 
 @pytest.mark.parametrize("name", ["cone", "cylinder", "slice of a ball", slow("half torus")])
@@ -69,26 +69,6 @@ def test_a_surface_of_which_all_panels_are_cut_stays_closed(name):
     for _ in range(2):
         mesh = cut(mesh, np.ones((mesh.n_elements, 2), dtype=bool), surface)
         assert np.abs(vector_area(mesh)).max() < 1e-13 * mesh.weight.sum()
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_surfaces_are_closed_outward_and_of_well_shaped_panels(name):
-    """`checked_surface` refuses what is open, crosses itself or is folded, and turns no cell
-    round."""
-    body, cells = CASES[name][0], defaultdict(list)
-    surface = body.outline()
-    for part, x in surface.cells(0.5):
-        for cell in x:
-            cells[surface.parts[part], len(cell) - 3 * bool(np.isnan(cell[3, 0]))].append(
-                cell[~np.isnan(cell[:, 0])]
-            )
-    found = as_surface({f"{part} {nodes}": np.array(some) for (part, nodes), some in cells.items()})
-    mesh = round_mesh(surface, 0.5, 1)
-    ours = {tuple(row) for row in np.nanmean(mesh.corners[:, :2], axis=1).round(9) + 0.0}
-    theirs = {tuple(row) for row in found.points[found.facets[:, :2]].mean(axis=1).round(9) + 0.0}
-    assert ours == theirs  # the first two corners stay: no cell was turned
-    assert set(surface.parts) == {part for part, _ in cells} and "axis" not in surface.parts
-    assert max(batch.elements.distortion.max() for batch in mesh.batches()) < 2.0
 
 
 def corners(*ends):

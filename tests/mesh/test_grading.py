@@ -73,20 +73,6 @@ def test_weights_nodes_and_normals(body, options):
     assert np.array_equal(np.sort(np.unique(m.element)), np.arange(m.n_elements))
 
 
-def test_nodes_of_arcs_lie_on_the_circle_for_every_order():
-    for order in range(6):
-        m = mesh(RING, element_size=1.0, order=order)
-        for part, centre, radius, outward in (
-            ("rim", (1.0, 2.0), 2.0, 1.0),
-            ("hole", (1.5, 2.0), 0.5, -1.0),
-        ):
-            nodes = m.nodes_of(part)
-            from_centre = m.x[nodes] - centre
-            assert np.allclose(np.hypot(*from_centre.T), radius, rtol=1e-14)
-            assert np.allclose(m.normal[nodes], outward * from_centre / radius, atol=1e-14)
-        assert m.weight.sum() == pytest.approx(2.0 * math.pi * 2.5, rel=1e-13)
-
-
 def test_graded_mesh_shrinks_by_the_ratio_towards_corners_and_points():
     m = mesh(BOX, grading=0.4, levels=6, graded_points=((3.0, 0.0),))
     bottom = np.flatnonzero(m.part == 0)
@@ -108,16 +94,6 @@ def test_smooth_joints_are_not_graded():
     m = mesh(TOE, levels=8)
     toe = m.length[m.part == m.part_names.index("toe")]
     assert toe[0] == pytest.approx(toe[-1]) and toe[0] < 1e-3
-
-
-def test_smooth_joint_inside_a_straight_part_is_graded_only_on_demand():
-    body = Polygon(
-        vertices=((0, 0), (1, 0), (3, 0), (3, 2), (0, 2)), parts=("a", "a", "b", "c", "d")
-    )
-    plain, marked = mesh(body, levels=5), mesh(body, levels=5, graded_points=((1.0, 0.0),))
-    assert plain.length[plain.part == 0].max() > 0.5
-    near = [np.abs(m.x[m.nodes_of("a"), 0] - 1.0).min() for m in (plain, marked)]
-    assert near[1] < 1e-2 < near[0]
 
 
 def test_graded_point_off_the_boundary_is_refused():

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from problems import block, contact_pair
 
-from petcontact import Problem, Step
+from petcontact import Problem
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.adapt import loop as adaptive
@@ -106,29 +106,6 @@ def test_meshes_graded_to_given_edges():
     assert np.all(
         errors(solved(graded_points=GIVEN, levels=4, order=3, grading=0.3)) < (1e-4, 2.7e-4)
     )
-
-
-@pytest.mark.parametrize("increments", [4])
-def test_a_cycle_dissipates_what_its_loop_encloses(increments):
-    """+Q, -Q, +Q at constant pressure: energies in closed form (Mindlin), the same for any number
-    of increments."""
-    steps = [
-        {"name": "press"},
-        *({"name": name, "increments": increments} for name in ("push", "pull", "push again")),
-    ]
-    problem = blocks(graded_points=GIVEN, levels=6, order=4, grading=0.3).model_copy(
-        update={"step": tuple(Step(**step) for step in steps)}
-    )
-    discrete = discretise(problem, pushes=(0.0, 1.0, -1.0, 1.0))
-    solution = run(prepare(problem, discrete=discrete))
-    assert solution.converged, solution.reason
-    spent = [
-        sum(s.pairs["pair"].dissipated for s in solution.steps if s.step == k) for k in (1, 2, 3, 4)
-    ]
-    assert spent == pytest.approx(
-        [0.0, 0.0011635208, 0.0023270416, 0.0023270416], rel=2e-7, abs=1e-15
-    )
-    assert errors(solution)[1] < 3e-5
 
 
 @pytest.mark.slow

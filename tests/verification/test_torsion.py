@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from axial_forms import Lubkin, disc_error, turned_disc
+from axial_forms import disc_error, turned_disc
 
-from petcontact import InputError, Material, adapt, solve
-from petcontact.bem.kernels import kernel_for
-from petcontact.mesh.ring_mesh import TwistedRingMesh
+from petcontact import InputError, solve
 from petcontact.model.case import parse_problem
 
 STEEL = {"young_modulus": 200.0, "poisson_ratio": 0.3}
@@ -75,16 +73,6 @@ def test_a_shaft_is_twisted(inner):
     assert np.allclose(solution.stress_on_boundary()[:, 5], rate * mesh.x[:, 0], atol=1e-9 * rate)
 
 
-def test_limit_torque_of_a_press_fit():
-    """All of the fit slips: T = µ p 2π a² L."""
-    solution = solve(pressed(["free", "free", 6e-3], friction_coefficient=0.2))
-    pair = solution.pairs["fit"]
-    assert solution.converged and np.all(pair.state == 1)
-    lame = 1e-3 * 200.0 * 3.0 / (2.0 * 4.0 * (1.0 - 0.3**2))
-    assert -pair.moment == pytest.approx(0.2 * lame * 2.0 * np.pi * 2.0, rel=1e-3)
-    assert pair.moment == pytest.approx(-pair.moment_primary, rel=1e-12)
-
-
 def test_one_bound_for_both_directions():
     """A hub that is pulled and turned: the shear has the size µ p, against the slip."""
     pulled = pressed(["free", 4e-3, 4e-3], ["free", 0.0, 0.0], friction_coefficient=0.1)
@@ -108,37 +96,9 @@ def _without(body, name):
     return body.model_copy(update={"boundary": kept})
 
 
-def test_tresca_and_bonded_fits():
-    """A given bound limits the torque whatever the pressure is; what is bonded is one body."""
-    pair = solve(pressed(["free", "free", 6e-3], friction_bound=1e-3)).pairs["fit"]
-    assert np.all(pair.state == 1) and -pair.moment == pytest.approx(4e-3 * np.pi, rel=1e-6)
-    bonded = pressed(["free", "free", 6e-3], normal="bonded", gap=0.0)
-    pair = solve(bonded).pairs["fit"]
-    assert pair.moment == pytest.approx(-pair.moment_primary, rel=1e-9)
-    assert np.abs(pair.slip).max() < 1e-15
-
-
 def test_a_disc_turns_a_half_space():
     """The shear is infinite where the disc ends, and nothing but u_θ is held there."""
     assert disc_error(solve(turned_disc())) < 1e-3
-
-
-@pytest.mark.slow
-def test_two_balls_are_turned():
-    """The torque, the shear and the radius up to which they stick."""
-    balls = Lubkin(0.6)
-    torque, shear, radius = balls.errors(adapt(balls.problem(), 2e-2))
-    assert torque < 1e-4 and shear < 2e-3 and radius < 2e-3
-
-
-def test_an_element_on_the_axis():
-    """Quadrature points on the axis itself have no part in u_θ."""
-    zeros, whole = np.zeros(1), np.zeros(1, dtype=int)
-    ends = np.array([[0.05, 0.0]]), np.array([[0.0, 0.0]])
-    mesh = TwistedRingMesh(*ends, zeros, whole + 2, whole, whole, zeros, ("top",), 1.0)
-    kernel = kernel_for(mesh, Material(1.0, 0.3))
-    for part_of in kernel.integrals(mesh.targets(slice(None)), mesh.elements(whole)):
-        assert np.isfinite(part_of).all()
 
 
 def test_what_is_refused():

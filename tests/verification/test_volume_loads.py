@@ -5,24 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import (
-    closing,
-    cuboid,
-    drawn,
-    elastic,
-    problem,
-    rectangle,
-    rollers,
-    solid,
-    touching,
-)
+from shapes import closing, drawn, elastic, problem, rectangle, rollers, solid, touching
 
 from petcontact import InputError, read_result, solve
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
 E, NU, RHO, ALPHA = 1000.0, 0.3, 2.0, 1e-3
-M = E * (1.0 - NU) / ((1.0 + NU) * (1.0 - 2.0 * NU))
 G = 10.0
 
 
@@ -172,81 +161,6 @@ def test_a_quadratic_temperature_between_walls(plane):
     )
     # in plane strain σ_zz is σ_xx, in plane stress 0
     assert np.allclose(solution.von_mises_at(points), np.abs(sideways), rtol=1e-11)
-
-
-def test_a_pipe_that_conducts_heat():
-    """T = log r (Timoshenko and Goodier, art. 150, of a pipe that is hotter inside)."""
-    a, b = 1.0, 2.0
-    sides = [closing("bottom"), *rollers("left"), drawn("outer", [0, 0]), drawn("inner", [0, 0])]
-    solution = solve(
-        problem(
-            material=steel(),
-            geometry=quarter_ring(a, b),
-            mesh={"element_size": 0.2, "order": 4},
-            boundary=sides,
-            loads={"temperature": "50*log(sqrt(x**2 + y**2))"},
-        )
-    )
-    modulus = 50.0 * ALPHA * E / (1.0 - NU)
-    r, angle = np.array([1.2, 1.5, 1.8]), np.array([0.3, 0.9, 1.4])
-    way = np.column_stack([np.cos(angle), np.sin(angle)])
-    stress = solution.stress_at(r[:, None] * way)
-
-    def moment(r):  # of T r from a to r
-        return 0.5 * r * r * np.log(r) - 0.25 * (r * r - a * a)
-
-    inside = (r * r - a * a) / (b * b - a * a) * moment(b)
-    radial = modulus / r**2 * (inside - moment(r))
-    hoop = (
-        modulus
-        / r**2
-        * (inside / (r * r - a * a) * (r * r + a * a) + moment(r) - r * r * np.log(r))
-    )
-    exact = np.column_stack([radial, hoop])
-    assert np.abs(polar(stress, way) - exact).max() < 1e-6 * np.abs(hoop).max()
-
-
-@pytest.mark.parametrize(
-    ("temperature", "order", "plane"),
-    [("5*(x**2 - y**2)", 3, "strain"), ("80 + 20*x", 2, "stress")],
-)
-def test_a_free_plate_has_no_stress(temperature, order, plane):
-    free = [drawn(part, [0, 0]) for part in ("left", "right", "top")]
-    floor = touching("floor", "bottom", "ground", normal="bilateral")
-    on_ground = {"contact": [floor], "obstacle": [{"name": "ground"}]}
-    solution = heated(temperature, free, plane, order, **on_ground)
-    assert solution.converged
-    assert np.abs(solution.traction).max() < 1e-12 * E * ALPHA * 80.0
-    assert np.abs(solution.stress_at([[0.5, 0.5], [1.7, 0.2]])).max() < 1e-12 * E * ALPHA * 80.0
-    assert np.abs(solution.u).max() > ALPHA * 5.0
-
-
-@pytest.mark.slow
-def test_a_block_in_space_under_gravity_and_in_rotation():
-    walls = rollers("left", "right", "front", "back")
-
-    def solved(order, top, floor, bem, **loads):
-        return solve(
-            problem(
-                material=steel(),
-                geometry=cuboid([0, 0, 0], [1, 1, 1.5]),
-                mesh={"element_size": 0.5, "order": order},
-                boundary=[*walls, top, floor],
-                loads=loads,
-                bem=bem,
-            )
-        )
-
-    floor, free = closing("bottom", normal="unilateral"), drawn("top", [0, 0, 0])
-    solution = solved(2, free, floor, {}, acceleration=[0, 0, -G])
-    assert np.abs(solution.pairs["bottom"].pressure / (1.5 * RHO * G) - 1.0).max() < 1e-12
-    turned = {"angular_velocity": 2.0, "axis": [0, 3, 0], "centre": [0, 0.3, 0]}
-    for bem, largest in (({}, 1e-12), ({"mat_type": "hmatrix", "hmatrix_tol": 1e-7}, 1e-6)):
-        solution = solved(3, *rollers("top"), closing("bottom"), bem, **turned)
-        x, _, z = solution.mesh.x.T
-        unit = RHO * 4.0 / M / 6.0
-        u = unit * np.column_stack([x - x**3, 0.0 * x, 2.25 * z - z**3])
-        assert np.abs(solution.u - u).max() < largest * np.abs(u).max()
 
 
 def test_a_shrink_fit_loosens_with_speed():

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 from kernel_oracle import (
     Element,
     around,
@@ -84,22 +82,6 @@ def test_entries_off_the_element(order, angle):
         assert_as_reference(element, size, around(element, s, distance * size, turn))
 
 
-@settings(max_examples=10, deadline=None)
-@given(
-    order=st.integers(0, 5),
-    angle=st.floats(-1.5, 1.5),
-    log_distance=st.floats(-3, 6),
-    s=st.floats(-1, 1),
-    turn=st.floats(-np.pi, np.pi),
-)
-def test_entries_anywhere(order, angle, log_distance, s, turn):
-    angle = angle if abs(angle) > 1e-7 else 0.0
-    element = Element(np.array([0.3, -0.2]), np.array([1.1, 0.4]), 2 * np.sin(angle), order)
-    point = around(element, s, 10.0**log_distance, turn)
-    assume(nearest(element, point)[1] > 1e-7)
-    assert_as_reference(element, 1.0, point)
-
-
 @pytest.mark.parametrize(("order", "angle"), KINDS)
 def test_self_pairs(order, angle):
     """The node's coordinate on its own element counts, not its rounded position; so it does of a
@@ -159,12 +141,6 @@ def test_centre_of_the_circle():
     """Its preimage is at infinity."""
     element = Element(np.array([2.0, 0.0]), 2 * np.array([np.cos(0.7), np.sin(0.7)]), 0.5, 3)
     assert_as_reference(element, 1.4, np.zeros(2), 1e-14)
-
-
-SHAPES = {
-    "quadrilateral": ([(0, 0), (6, 0), (5, 3), (0.6, 3)], 9),
-    "notched": ([(0, 0), (4, 0), (4, 3), (2.02, 3), (2, 0.5), (1.98, 3), (0, 3)], 4),
-}
 
 
 def test_rigid_motion_on_strongly_graded_sides():

@@ -18,7 +18,6 @@ from petcontact.geometry.gmsh import read_msh
 from petcontact.geometry.gmsh_surface import gmsh_surface
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh, facet_mesh
-from petcontact.mesh.panels import make_panels
 
 NU = 0.3
 BRACKET = str(Path(__file__).parents[3] / "configs" / "space_bracket.msh")
@@ -40,19 +39,6 @@ def test_closed_form_and_gauss_points_against_subdivision(
             integrals(x[None], panel, NU), by_subdivision(panel, x, NU, points=10), strict=True
         ):
             assert np.abs(ours[..., 0] - exact).max() <= 1e-9 * np.abs(exact).max()
-
-
-def test_own_panel_has_the_principal_value() -> None:
-    """At a node ∫T is the mean of its values on both sides; for a constant on the panel they differ
-    by 1."""
-    corners = np.array([[[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]], dtype=float)
-    panel, x, _ = make_panels(corners, 2, np.arange(1))
-    at = integrals(x[0], panel, NU)[1]
-    above, below = (
-        integrals(x[0] + sign * 1e-7 * panel.frame[0, 2], panel, NU)[1] for sign in (1.0, -1.0)
-    )
-    np.testing.assert_allclose(0.5 * (above + below), at, atol=1e-5)
-    np.testing.assert_allclose((above - below).sum(axis=2)[0, 0], 1.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])

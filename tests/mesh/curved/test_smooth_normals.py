@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from curved_bodies import as_surface, icosphere
 
 from petcontact import Problem
-from petcontact.mesh.panelling import facet_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline.pose.discretise import discretise
 
@@ -47,14 +45,6 @@ def revolved(loops, size, order=2):
         "boundary": boundary,
     }
     return discretise(parse(Problem, body, "test")).meshes[0]
-
-
-def test_of_spheres_they_converge_faster():
-    errors = np.array(
-        [error(facet_mesh(as_surface({"all": icosphere(n)}), 2), "all", unit) for n in (1, 2, 4)]
-    )
-    assert np.all(errors[:, 1] < 0.15 * errors[:, 0])
-    assert np.log2(errors[1, 1] / errors[2, 1]) > 3.5
 
 
 CAN = [

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
-import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from marks import slow
@@ -16,7 +15,7 @@ from marks import slow
 from petcontact import OutlineSide, Revolved
 from petcontact.geometry.round_surfaces import SphereSurface
 from petcontact.mesh.curve_mesh import CurveMesh
-from petcontact.mesh.pairs.clipping import area, clip, fan_rule
+from petcontact.mesh.pairs.clipping import area
 from petcontact.mesh.pairs.contact_search import face
 from petcontact.mesh.panelling import round_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
@@ -199,22 +198,6 @@ def test_the_projection_converges():
             np.abs(facing.values @ np.sin(3.0 * other.x[:, 0]) - np.sin(3.0 * one.x[:, 0])).max()
         )
     assert errors[0] > 6.0 * errors[1]
-
-
-@settings(max_examples=5, deadline=None)
-@given(SEEDS)
-def test_polygons_are_clipped(seed):
-    """Against GEOS; corners may be doubled, and the rule integrates squares exactly."""
-    rng = np.random.default_rng(seed)
-    hulls = [scipy.spatial.ConvexHull(points) for points in rng.uniform(size=(2, 6, 2))]
-    one, other = (np.array(hull.points[hull.vertices]) for hull in hulls)
-    shared = clip(np.vstack([one, one[-1:]])[None], other[None])
-    exact = shapely.intersection(shapely.Polygon(one), shapely.Polygon(other))
-    assert area(shared)[0] == pytest.approx(exact.area, abs=1e-14)
-    x, weight = fan_rule(shared, 2)
-    middle = shapely.get_coordinates(exact.centroid)
-    if exact.area > 1e-6:
-        assert np.allclose((weight[0] @ x[0]) / weight.sum(), middle, atol=1e-9)
 
 
 @pytest.mark.parametrize(("order", "size"), [(1, 0.25), (2, 0.4), slow(3, 0.4)])

@@ -154,10 +154,10 @@ def spence(steps=35, far=100.0):
     load, shares = 0.4705, [(k / steps) ** 3 for k in range(1, steps + 1)]
 
     def field(share):
-        force = (0.0, -share * load)
-        return tuple(
-            lambda x, y, k=k: half_space(x, 0.0 * x, y, force, 0.0, 1.0)[k] for k in (0, 2)
-        )
+        def component(k):
+            return lambda x, y: half_space(x, 0.0 * x, y, (0.0, -share * load), 0.0, 1.0)[k]
+
+        return component(0), component(2)
 
     def step(share):
         pressed = ObstacleChange("sphere", force=(0.0, -share * load))

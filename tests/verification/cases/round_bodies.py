@@ -11,16 +11,7 @@ import numpy as np
 from axial_forms import INDENTED, Lubkin
 from curved_bodies import written
 
-from petcontact import (
-    Body,
-    Displacement,
-    Gmsh,
-    Material,
-    MeshOptions,
-    Obstacle,
-    Pair,
-    Problem,
-)
+from petcontact import Body, Displacement, Gmsh, Material, MeshOptions, Obstacle, Pair, Problem
 from petcontact.reference import persson
 
 from .half_spaces import half_space

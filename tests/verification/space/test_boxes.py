@@ -7,16 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from petcontact.contact.criterion import Criterion
-from petcontact.contact.iteration import Iteration
-from petcontact.contact.methods.newton import SemismoothNewton
-from petcontact.contact.methods.projection import Projection
-from petcontact.contact.rho_rules import Modified, SelfAdaptive
 from petcontact.errors import InputError
 from petcontact.model.case import load
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.steps.increment import PreparedProblem
-from petcontact.pipeline.steps.load_steps import first_increment
 from petcontact.results.solution import Solution
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -64,31 +58,6 @@ def test_reference_values(letter: str) -> None:
     )
 
 
-@pytest.mark.parametrize("order", [0, 2])
-def test_rules_from_any_rho(order: int) -> None:
-    """At most 50 iterations to 1e-6 from 1 to 1e7, and the same answer as Newton's."""
-    problem = prepared("b", **{"mesh.order": order})
-    system, law = first_increment(problem).system, problem.discrete.law
-    exact = SemismoothNewton()(system, law, Iteration(Criterion(1e-9), 50))
-    assert exact.converged
-    for rule in (SelfAdaptive, Modified):
-        for rho in (1.0, 1e3, 1e7):
-            taken = rule(2.0) if rule is SelfAdaptive else rule(2.0, 10)
-            state = Projection(taken, rho, 1.8)(system, law, Iteration(Criterion(1e-6), 50))
-            assert state.converged and len(state.history) <= 50
-            np.testing.assert_allclose(state.v, exact.v, atol=2e-5 * np.abs(exact.v).max())
-    problem.close()
-
-
-def test_condensed_and_full_agree() -> None:
-    keys = {"mesh.order": 1, "method.rule": "modified", "method.rho": 1000.0}
-    solutions = [
-        solved("a", **keys, **{"method.formulation": name}) for name in ("condensed", "full")
-    ]
-    np.testing.assert_allclose(solutions[1].u, solutions[0].u, atol=1e-10)
-    assert solutions[0].iterations == solutions[1].iterations
-
-
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
@@ -104,9 +73,3 @@ def test_bad_input_is_one_line(keys: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
         prepared("a", **keys)
     assert "\n" not in str(caught.value)
-
-
-def test_too_little_memory_is_told_before_the_build(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("petcontact.pipeline.choice.physical_memory", lambda: 1e6)
-    with pytest.raises(InputError, match="dense operators of 1080 unknowns, 144 of contact, take"):
-        prepared("a")
