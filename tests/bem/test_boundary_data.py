@@ -61,6 +61,7 @@ def test_expressions_are_evaluated_at_the_nodes_of_their_part():
         d.value[1, right], np.column_stack([10.0 * m.x[right, 1], np.ones(len(right))])
     )
     assert np.allclose(law.bound, 1.0 + m.x[bottom, 0]) and np.array_equal(d.contact_nodes, bottom)
+    assert np.allclose(d.contact_frame[:, 0], [1.0, 0.0])  # the normal turned by 90 degrees
     assert d.states == 2 and not d.value[0].any()
     assert not d.traction_known[top].any() and d.traction_known[right].all()
 
