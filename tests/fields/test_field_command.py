@@ -88,28 +88,21 @@ def test_points_in_space(tmp_path):
     assert float(inside["sigma_zz"]) == pytest.approx(within[2], rel=1e-9)
 
 
-@pytest.mark.slow
 def test_one_body_one_increment_one_window(steps, tmp_path):
     solution, path = steps
-    out, figure = tmp_path / "w.vtu", tmp_path / "w.png"
     words = f"field {path} --body upper --step last --window -1 0 1 0.5 --grid 16x8"
-    assert main(f"{words} -o {out} --figure {figure} --quantity sigma_xx".split()) == 0
-    mesh = meshio.read(out)
-    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    assert np.all(low[:2] >= [-1.0, 0.0]) and np.all(high[:2] <= [1.0, 0.5])
-    size = mesh.points[mesh.cells[0].data]
-    a, b = (size[:, k] - size[:, 0] for k in (1, 2))
-    assert 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() == pytest.approx(1.0, rel=0.05)
+    assert main(f"{words} -o {tmp_path}/w.vtu".split()) == 0
+    mesh = meshio.read(tmp_path / "w.vtu")
+    low, high = mesh.points[:, :2].min(axis=0), mesh.points[:, :2].max(axis=0)
+    assert np.all(low >= [-1.0, 0.0]) and np.all(high <= [1.0, 0.5])
+    assert np.prod(high - low) == pytest.approx(1.0, rel=0.05)
     inside = np.argmin(np.linalg.norm(mesh.points[:, :2] - [0.0, 0.25], axis=1))
     wanted = solution.stress_at(mesh.points[[inside], :2], "upper")
     assert mesh.point_data["stress"][inside, [0, 1, 3]] == pytest.approx(wanted[0], rel=1e-8)
-    assert figure.stat().st_size > 10_000
     # one increment of all bodies is a collection; bodies outside the window are left out
     assert main(f"field {path} --step 1 --grid 4x4 -o {tmp_path}/c.vtu".split()) == 0
-    assert {file.name for file in tmp_path.glob("c*")} == {
-        "c.pvd",
-        *(f"c-001-{body}{kind}.vtu" for body in ("lower", "upper") for kind in ("", "-boundary")),
-    }
+    files = (f"c-001-{body}{end}.vtu" for body in ("lower", "upper") for end in ("", "-boundary"))
+    assert {file.name for file in tmp_path.glob("c*")} == {"c.pvd", *files}
     words = f"field {path} --window -1 0.1 1 0.5 --step 1 --grid 4x4 -o {tmp_path}/d.vtu"
     assert main(words.split()) == 0
     assert not [*tmp_path.glob("d*lower*")] and len([*tmp_path.glob("d*upper*")]) == 2

@@ -8,21 +8,11 @@ import pytest
 import shapely
 from examples import example
 from prepared import operators
+from shapes import cuboid, elastic, moved, problem, rectangle, solid
 from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
-from petcontact import (
-    Box,
-    Displacement,
-    InputError,
-    Material,
-    MeshOptions,
-    PointForce,
-    Problem,
-    Rectangle,
-    Traction,
-    solve,
-)
+from petcontact import InputError, Material, MeshOptions, solve
 from petcontact.fields.interior import field_at
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.stress_state import StressState
@@ -72,13 +62,14 @@ def test_points_outside_the_body_are_refused(point, message):
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_stress_goes_on_from_the_inside_to_the_boundary_beside_a_point_force(d):
-    shape = Rectangle((0, 0), (1, 1)) if d == 2 else Box((0, 0, 0), (1, 1, 1))
-    free = ("left", "right", "top", "front", "back")[: 2 * d - 1]
-    boundary = [Displacement("bottom", (0.0,) * d), *(Traction(side, (0.0,) * d) for side in free)]
-    mesh, force = MeshOptions((0.1, 0.5)[d - 2], order=3), [0.3, 0.2, 1.0][:d]
-    point = [PointForce(at=[0.45, 0.5, 0.6][:d], force=force)]
-    given = {"material": STEEL, "geometry": shape, "mesh": mesh, "boundary": boundary}
-    solution = solve(Problem(**given, point_force=point))
+    shape = rectangle([0, 0], [1, 1]) if d == 2 else cuboid([0, 0, 0], [1, 1, 1])
+    more = {
+        "mesh": {"element_size": (0.1, 0.5)[d - 2], "order": 3},
+        "material": elastic(200.0, 0.3),
+    }
+    point = {"at": [0.45, 0.5, 0.6][:d], "force": [0.3, 0.2, 1.0][:d]}
+    held = moved("bottom", [0.0] * d)
+    solution = solve(problem(body=[solid("block", shape, held, point_force=[point], **more)]))
     inward, foot = np.array([-1.0, 0.0, 0.0])[:d], np.array([1.0, 0.53, 0.57])[:d]
     stress = solution.stress_at(foot + np.outer([0.0, 1e-4, 1e-3, 5e-3, 1e-2], inward))
     size = np.abs(stress[0]).max()
@@ -105,15 +96,11 @@ def test_grid_fills_the_body_and_keeps_inside():
 @pytest.mark.parametrize("window", [None, (np.array([0.0, 0.9]), np.array([0.2, 1.1]))])
 def test_a_grid_reaches_to_the_axis(window):
     """The axis carries no elements: without points on it, triangles span it from end to end."""
-    loads = [Traction(part, (0, 0)) for part in ("right", "top")]
-    problem = Problem(
-        symmetry="axial",
-        material=STEEL,
-        geometry=Rectangle((0, 0), (1, 2)),
-        mesh=MeshOptions(element_size=0.5),
-        boundary=[Displacement("bottom", ("free", 0)), *loads],
+    held, mesh = moved("bottom", ["free", 0.0]), {"element_size": 0.5}
+    shaft = problem(
+        symmetry="axial", body=[solid("shaft", rectangle([0, 0], [1, 2]), held, mesh=mesh)]
     )
-    points, cells = triangulate(solve(problem).mesh, (20, 20), window)
+    points, cells = triangulate(solve(shaft).mesh, (20, 20), window)
     corners = points[cells]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

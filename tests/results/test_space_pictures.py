@@ -12,19 +12,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from problems import block, contact_pair, posed
-from shapes import moved, problem, solid, touching
+from shapes import closing, moved, problem, solid, touching
 
-from petcontact import (
-    Contact,
-    Displacement,
-    Material,
-    MeshOptions,
-    Problem,
-    Revolved,
-    Traction,
-    solve,
-)
-from petcontact import OutlineSide as Side
+from petcontact import solve
 from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import draw_gap, draw_normal
@@ -34,25 +24,19 @@ from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.places import small_triangles
 from petcontact.results.vtu.vtkhdf import write_vtkhdf
 
-LOOP = [Side("foot", (1, 0)), Side("side", (1, 1)), Side("top", (0, 1)), Side("axis", (0, 0))]
+LOOP = {"foot": [1, 0], "side": [1, 1], "top": [0, 1], "axis": [0, 0]}
 
 
 @pytest.fixture(scope="module")
 def solution():
     """A cylinder that a rough floor stops, of curved quadrilaterals and triangles."""
-    conditions = [
-        Contact("foot", normal="unilateral", friction_coefficient=0.2),
-        Traction("side", (0, 0, 0)),
-        Displacement("top", (0.01, 0, -0.05)),
-    ]
-    return solve(
-        Problem(
-            material=Material(1.0, 0.3),
-            geometry=Revolved([LOOP]),
-            mesh=MeshOptions(0.7, order=1),
-            boundary=conditions,
-        )
+    loop = [{"part": part, "to": to} for part, to in LOOP.items()]
+    sides = (
+        closing("foot", normal="unilateral", friction_coefficient=0.2),
+        moved("top", [0.01, 0, -0.05]),
     )
+    shape, mesh = {"shape": "revolved", "loops": [loop]}, {"element_size": 0.7, "order": 1}
+    return solve(problem(body=[solid("cylinder", shape, *sides, mesh=mesh)]))
 
 
 def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
@@ -106,7 +90,8 @@ def test_the_pressure_at_a_sharp_rim_does_not_set_the_colours(solution):
     """A flat punch in space: the middle of the contact keeps its bands."""
     (pair,) = solution.pairs.values()
     rim = np.hypot(*pair.x[:, :2].T) > 0.95
-    pairs = {"foot": replace(pair, pressure=np.where(rim, 1e4, pair.pressure))}
+    (name,) = solution.pairs
+    pairs = {name: replace(pair, pressure=np.where(rim, 1e4, pair.pressure))}
     changed = replace(solution, steps=[replace(solution.last, pairs=pairs)])
     draw_normal(figure := Figure(), changed)
     assert figure.axes[1].get_ylim()[1] < 2.0 * pair.pressure.max()
