@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 from shapes import closing, drawn, elastic, problem, rectangle, rollers, solid
 
-from petcontact import (
-    load,
-    solve,
-)
+from petcontact import load, solve
 from petcontact.commands.main import main
 from petcontact.fatigue.evaluate import fatigue
 

@@ -10,16 +10,7 @@ from typing import Any, assert_type
 import numpy as np
 
 import petcontact
-from petcontact import (
-    Contact,
-    Displacement,
-    Material,
-    Problem,
-    Rectangle,
-    Solution,
-    load,
-    solve,
-)
+from petcontact import Contact, Displacement, Material, Problem, Rectangle, Solution, load, solve
 
 taken: Callable[[str | Problem], Solution] = solve
 solution = solve(load("case.toml"), petsc_options={"ksp_type": "gmres"})

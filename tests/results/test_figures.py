@@ -10,12 +10,7 @@ import pytest
 from examples import example
 from matplotlib.figure import Figure
 
-from petcontact import (
-    MeshOptions,
-    Problem,
-    load,
-    solve,
-)
+from petcontact import MeshOptions, Problem, load, solve
 from petcontact.fields.boundary.places import best_places
 from petcontact.mesh.curve_building import build_mesh
 from petcontact.model.bodies import Units

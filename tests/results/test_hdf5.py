@@ -99,22 +99,6 @@ def external(file, name):
     file.create_dataset(name, shape, dtype, external=[("/etc/hostname", 0, h5py.h5f.UNLIMITED)])
 
 
-def missing(file, name):
-    del file[name]
-
-
-def linked(kind):
-    def change(file, name):
-        del file[name]
-        file[name] = (
-            h5py.ExternalLink("other.h5", "/x")
-            if kind == "external"
-            else h5py.SoftLink("/boundary/u")
-        )
-
-    return change
-
-
 def claimed(file, name):
     del file[name]
     file.create_dataset(name, (2**40, 2), "f8", chunks=(1024, 2))
@@ -143,10 +127,13 @@ TAMPERED = {
     "negative": (to(with_value(-1)), "contact/nodes contact/state mesh/order mesh/elements"),
     "fractions": (to(lambda v: v + 0.5), "contact/nodes mesh/elements mesh/part"),
     "words": (to(lambda v: np.array([b"x"] * len(v))), "boundary/u mesh/order contact/part"),
-    "missing": (missing, "mesh contact/u_t history/rho boundary/u mesh/order"),
+    "missing": (
+        lambda file, name: file.__delitem__(name),
+        "mesh contact/u_t history/rho boundary/u mesh/order",
+    ),
     "external": (external, "boundary/u contact/u_t"),
-    "link": (linked("external"), "boundary/u mesh contact"),
-    "soft link": (linked("soft"), "boundary/traction"),
+    "link": (to(lambda v: h5py.ExternalLink("other.h5", "/x")), "boundary/u contact/nodes"),
+    "soft link": (to(lambda v: h5py.SoftLink("/boundary/u")), "boundary/traction"),
     "claimed": (claimed, "boundary/u"),
 }
 """A change of a dataset, and the datasets that it is made of."""

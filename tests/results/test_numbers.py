@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from marks import slow
@@ -12,7 +14,7 @@ from random_revolution import random_revolution
 from petcontact import MeshOptions, Rectangle, adapt, load, solve
 from petcontact.mesh.grading import mesh_outline
 from petcontact.reference.hertz import LineContact, contact_modulus
-from petcontact.results.numbers import maximum
+from petcontact.results.numbers import ENERGY, maximum
 
 
 @pytest.fixture(scope="module")
@@ -80,3 +82,14 @@ def test_slip_at_tractions_without_a_bound_is_off_by_what_forces_there_are():
     solution = adapt(random_contact(9301, 1), 1e-2)
     found, _ = (each for each in solution.numbers if each.name == "largest slip")
     assert abs(found.value[0] - 0.03765) <= found.error < 2e-3
+
+
+def test_maxima_by_the_edge_of_contact_are_off_by_the_root_of_the_error():
+    """A ball on a block, of which the whole contact is by the edge. The energy is no moment: it is
+    off by no more than the force takes along the slip."""
+    changes = {"mesh": {"element_size": 0.75}, "boundary.0.friction_coefficient": 0.3}
+    solution = solve(load("configs/kinds/space_adaptive.toml", changes))
+    numbers = {each.name: each for each in solution.numbers}
+    slip, force, energy = (numbers[name] for name in ("largest slip", "force", ENERGY))
+    assert slip.error == pytest.approx(math.sqrt(solution.accuracy.error) * slip.size)
+    assert 0.0 < energy.error < force.size * slip.size

@@ -11,9 +11,7 @@ import pytest
 from problems import block, contact_pair, posed
 from shapes import closing, cuboid, moved, problem, rectangle, solid
 
-from petcontact import (
-    solve,
-)
+from petcontact import solve
 from petcontact.commands.main import main
 from petcontact.results.figures.turning import UNKNOWN, scene
 from petcontact.results.hdf5 import write_solution

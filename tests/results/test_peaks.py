@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from shapes import drawn, moved, problem, solid, touching
 
-from petcontact import (
-    solve,
-)
+from petcontact import solve
 from petcontact.refinement.singular_points import corner_exponents
 from petcontact.results.peaks import stress_peaks
 from petcontact.results.unbounded import unbounded_places

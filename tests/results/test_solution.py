@@ -9,14 +9,7 @@ import numpy as np
 import pytest
 from examples import example
 
-from petcontact import (
-    Contact,
-    InputError,
-    MeshOptions,
-    Solution,
-    Traction,
-    solve,
-)
+from petcontact import Contact, InputError, MeshOptions, Solution, Traction, solve
 from petcontact.model.bodies import Units
 
 COARSE = MeshOptions(element_size=0.2)

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from petcontact.runtime.petsc import _local
 from petcontact.runtime.threads import VARIABLES
 
 PROGRAM = """
@@ -48,23 +47,6 @@ def test_alone(given, tmp_path):
     program = PROGRAM.format(children=int(daemon), given=given)
     done = python("-c", program, env=clean | {"TMPDIR": str(tmp_path), **given})
     assert done.returncode == 0, done.stderr
-
-
-@pytest.mark.parametrize(
-    ("here", "given", "wanted"), [("4", None, "ob1"), ("2", None, None), ("4", "ucx", "ucx")]
-)
-def test_networks_are_left_out_where_all_ranks_are_on_one_machine(monkeypatch, here, given, wanted):
-    for name in [name for name in os.environ if name.startswith(("OMPI", "PMI"))]:
-        monkeypatch.delenv(name)
-    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "4")
-    monkeypatch.setenv("OMPI_COMM_WORLD_LOCAL_SIZE", here)
-    if given:
-        monkeypatch.setenv("OMPI_MCA_pml", given)
-    before = dict(os.environ)
-    with _local():
-        assert dict(os.environ).get("OMPI_MCA_pml") == wanted
-        assert "OMPI_MCA_ess_singleton_isolated" not in os.environ
-    assert dict(os.environ) == before
 
 
 IMPORT = """
