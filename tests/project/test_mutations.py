@@ -3,8 +3,7 @@ the script is run)."""
 
 from __future__ import annotations
 
-import importlib.machinery
-import importlib.util
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -15,15 +14,8 @@ ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "scripts" / "mutate"
 
 
-def mutations():
-    loader = importlib.machinery.SourceFileLoader("mutate", str(SCRIPT))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("mutate", loader))
-    loader.exec_module(module)
-    return module.MUTATIONS
-
-
 def test_every_mutation_is_one_place_in_the_source():
-    table = mutations()
+    table = runpy.run_path(str(SCRIPT))["MUTATIONS"]
     assert len(table) >= 20
     for name, (module, old, new, tests) in table.items():
         assert (ROOT / "petcontact" / f"{module}.py").read_text().count(old) == 1, name

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import h5py
 import numpy as np
 import pytest
 from examples import example
 
 from petcontact import Contact, InputError, MeshOptions, Solution, Traction, solve
-from petcontact.model.bodies import Units
 
 COARSE = MeshOptions(element_size=0.2)
 
@@ -75,21 +71,6 @@ def test_reactions_balance_the_loads(solution):
     assert solution.tension_share == pytest.approx(pulled)
     assert f"the contact pulls on {100 * pulled:.3g} % of it" in solution.verdict()
     assert all(len(line) <= 80 for line in solution.verdict().splitlines())
-
-
-def test_datasets_say_what_they_are_and_in_which_unit(solution, tmp_path):
-    units = Units(length="mm", stress="MPa")
-    problem = solution.problem.model_copy(update={"units": units})
-    replace(solution, problem=problem).save(tmp_path / "r.h5")
-    solution.save(tmp_path / "plain.h5")
-    with h5py.File(tmp_path / "r.h5") as file, h5py.File(tmp_path / "plain.h5") as plain:
-        groups = "boundary", "contact", "history"
-        datasets = [data for group in groups for data in file[group].values()]
-        assert len(datasets) > 20
-        assert all(data.attrs["description"] and data.attrs["unit"] for data in datasets)
-        assert file["contact/sigma_t"].attrs["unit"] == "MPa"
-        assert plain["contact/sigma_t"].attrs["unit"] == "stress"
-        assert file["history/rho"].attrs["unit"] == "MPa/mm"
 
 
 def test_a_function_is_named_in_files(tmp_path):

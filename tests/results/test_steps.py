@@ -80,7 +80,8 @@ def test_what_failed_is_kept_apart(tmp_path):
     """/steps has the increments that were solved alone, /failed the one that was not; /history a
     row an iteration."""
     lift = {"name": "lift", "boundary": [{"part": "top", "pressure": -1.0}]}
-    solution = solve(pressed(step=[{"name": "press"}, lift]))
+    units = {"length": "mm", "stress": "MPa"}
+    solution = solve(pressed(units=units, step=[{"name": "press"}, lift]))
     assert solution.status == "not converged"
     assert all(step.status == "converged" for step in solution.steps)
     assert solution.failed is not None and solution.failed.step == 2
@@ -91,6 +92,8 @@ def test_what_failed_is_kept_apart(tmp_path):
         assert file["failed"].attrs["status"] == "not converged"
         assert len(file["increments/step"]) == len(solution.steps) + 1
         file.visititems(lambda path, item: check_described(path, item))
+        assert file["contact/sigma_t"].attrs["unit"] == "MPa"
+        assert file["history/rho"].attrs["unit"] == "MPa/mm"
         rows, counts = file["history"], file["increments/iterations"][()]
         assert np.array_equal(np.bincount(rows["increment"][()])[1:], counts)
         assert all(
