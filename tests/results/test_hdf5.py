@@ -6,6 +6,8 @@ from __future__ import annotations
 import dataclasses
 import errno
 import os
+import re
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -17,6 +19,8 @@ from petcontact.errors import OutputError, ResultError
 from petcontact.results.format.container import write_atomically
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.solution import read_result
+
+DATA = Path(__file__).parents[1] / "data"
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -187,3 +191,19 @@ def test_attributes_and_columns_that_are_something_else(path, name, value, messa
         else:
             file.attrs[name] = value
     refused(path, message)
+
+
+# --- files of formats 1 and 2
+# --------------------------------------------------------------------------------------------------
+def without_cost(verdict):
+    """And without the peaks of stress, which those versions did not have."""
+    verdict = re.sub(r"  (largest .* stress:|stress has no bound).*\n( {6,}.*\n)*", "", verdict)
+    return re.sub(r"  time \[s\].*", "", verdict, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("name", ("format1_plane", "format1_space", "format2_steps"))
+def test_verdicts_have_the_numbers_of_the_version_that_wrote_them(name):
+    assert (
+        without_cost(read_result(DATA / f"{name}.h5").verdict())
+        == (DATA / f"{name}.txt").read_text()
+    )
