@@ -1,23 +1,32 @@
-"""The error of a mesh that the user fixed, against the reference of the examples."""
+"""The error of a mesh that the user fixed: against the reference of the examples, and by what
+changes with the order of panels."""
 
 from __future__ import annotations
+
+import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from examples import example
 from scipy.interpolate import CubicSpline
-from shapes import closing, drawn, elastic, moved, problem, rectangle
+from shapes import closing, cuboid, drawn, elastic, moved, problem, rectangle
 
 from petcontact import (
     MeshOptions,
+    load,
     solve,
 )
 from petcontact.errors import PetcontactError, SolverError
 from petcontact.geometry.outline import as_outline
+from petcontact.geometry.round_surfaces import CylinderSurface
 from petcontact.mesh.grading import mesh_outline
+from petcontact.mesh.panelling import round_mesh
 from petcontact.pipeline.adapt import fixed_mesh
 from petcontact.pipeline.adapt.fixed_mesh import joined, with_estimate
 from petcontact.pipeline.adapt.level_solver import LevelSolver
+from petcontact.pipeline.adapt.other_orders import other_order, whole_error
+from petcontact.results.evaluated import displacement_scale
 
 
 @pytest.mark.parametrize(("number", "h"), [(1, 0.2), (2, 0.1)])
@@ -96,3 +105,69 @@ def test_an_error_that_is_not_known_has_its_own_reason(gap, load, said, comm):
     )
     solution = with_estimate(solve(block, comm=comm), comm)
     assert solution.converged and said in solution.accuracy.unknown
+
+
+SPACE_B = Path(__file__).parents[2] / "configs" / "space_b.toml"
+
+
+def block(order, size, bound=0.02, beside=2.0):
+    """A block on its bottom face, held at its top, pushed and twisted at one side; panels beside
+    the contact are larger."""
+    sizes = {"element_size": beside * size, "element_sizes": {"bottom": size}}
+    changes = {
+        "material": elastic(1.0, 0.3),
+        "geometry": cuboid([0.0] * 3, [1.0, 1.0, 1.6]),
+        "mesh": {"order": order, **sizes},
+        "boundary.0.friction_bound": bound,
+        "boundary.2.value": [0.04, 0.03, 0.0],
+        "boundary.4.value": [0.0] * 3,
+    }
+    return load(SPACE_B, changes)
+
+
+def apart(solution, fine):
+    """‖u_t - u_t'‖ of two solutions over ‖u_t'‖, at the nodes of the second one."""
+    mesh, (numbers, faces) = solution.mesh, solution.mesh.faces("bottom")
+    up = np.tile([0.0, 0.0, 1.0], (len(fine.contact.x), 1))
+    hits = faces.cast(fine.contact.x - 0.1 * up, up)
+    u = mesh.basis_at(numbers[hits.face], hits.place) @ solution.u - fine.u[fine.contact.nodes]
+    return math.sqrt(fine.contact.weight @ np.sum(u[:, :2] ** 2, axis=1)) / displacement_scale(fine)
+
+
+@pytest.mark.slow
+def test_the_error_of_coarse_sides_is_bounded():
+    """Of orders 1 to 3, against finer panels, and where linear panels as large as the sides see
+    nothing of their bending."""
+    fine = solve(block(2, 1.0 / 3.0, beside=1.0))
+    for order, beside in ((1, 4.0), (2, 2.0), (3, 2.0)):
+        solution = solve(block(order, 0.5, beside=beside))
+        assert 1.0 < solution.accuracy.error / apart(solution, fine) < 5.0
+
+
+def test_panels_of_the_highest_order_have_none():
+    solution = solve(block(3, 0.5))
+    assert math.isnan(whole_error(solution, lambda _: pytest.fail("nothing is to be solved")))
+
+
+def test_where_nothing_slips_nor_nearly_does_the_error_is_zero():
+    sticks, slips = (solve(block(2, 0.5, bound)) for bound in (10.0, 0.02))
+    assert np.abs(sticks.contact.u_t).max() < 1e-12
+    assert sticks.accuracy.error == 0.0 < slips.accuracy.error
+
+
+@pytest.mark.parametrize("size", [1.0, 0.4])
+def test_curved_sides_lie_twice_as_far_off_an_arc(size):
+    """Of a cylinder of radius 1, by the mean distance from its axis, and on the arc on the other
+    way; orders change where they are marked only. Where half of the change is the error, they lie
+    three times as far off."""
+    for order, change, gained, share in ((3, -1, 1.0, 2.0), (3, -1, 0.5, 3.0), (2, 1, 1.0, 0.0)):
+        mesh = round_mesh(CylinderSurface(np.zeros(3), np.array([0.0, 0.0, 2.0]), 1.0), size, order)
+        marked = mesh.part == mesh.part_names.index("side")
+        other = other_order(mesh, marked, change, gained)
+        assert np.array_equal(other.order, order + change * marked)
+        off = [
+            np.average(1.0 - np.hypot(*each.x[nodes, :2].T), weights=each.weight[nodes])
+            for each in (mesh, other)
+            for nodes in (each.nodes_of("side"),)
+        ]
+        assert 0.0 < off[0] < 1e-3 and off[1] == pytest.approx(share * off[0], abs=0.3 * off[0])
