@@ -57,6 +57,15 @@ def o_ring(solution):
     return largest, [1.58, 1.58, 1.10]
 
 
+def hole(solution):
+    """The stress at the hole as the verdict has it, and by Heywood for a hole of a tenth of the
+    width."""
+    angle = np.linspace(0.5 * np.pi, 0.4 * np.pi, 20)
+    largest = solution.von_mises_at(np.column_stack([np.cos(angle), np.sin(angle)])).max()
+    assert largest == pytest.approx((2.0 + 0.9**3) / 0.9, rel=5e-3) and not solution.pairs
+    return largest, 3.02
+
+
 def limit_load(solution):
     """µN; the solve ends between it and 1/256 of the step beyond."""
     assert "cannot be held: the load pushes it along +x" in solution.reason
