@@ -32,6 +32,7 @@ SLOW = ("fields", "contact", "operators", "export", "loads", "wear", "fatigue", 
 VERIFY = runpy.run_path(str(ROOT / "scripts/verify_manual"))
 blocks, commands = VERIFY["blocks"], VERIFY["commands"]
 REFERENCE = runpy.run_path(str(ROOT / "scripts/config_reference"))
+READ = runpy.run_path(str(ROOT / "scripts/readability"))
 
 
 def is_run(page: Path) -> bool:
@@ -198,3 +199,18 @@ def test_the_tutorial_has_what_is_printed(file, changes):
     )
     assert len(lines) > 5
     assert not [line for line in lines if line not in shown]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_chapter_is_read_at_once(page):
+    """By the bars of scripts/readability."""
+    assert READ["broken"](page.read_text()) == []
+
+
+def test_the_books_of_users_are_short():
+    """20 000 words at most in the three that are not evidence: of sentences, since the config
+    reference is a table."""
+    names = [name for book in ("Tutorial", "How-to", "Reference") for name in BOOKS[book]]
+    texts = [(MANUAL / f"{name}.md").read_text() for name in names]
+    words = [len(READ["WORD"].findall(each)) for text in texts for each in READ["sentences"](text)]
+    assert sum(words) <= 20_000

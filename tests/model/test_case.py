@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from petcontact import Contact, InputError, Material, Polygon, Traction, load
-from petcontact.model.case import parse_problem
+from petcontact.commands.main import main
+from petcontact.model.case import parse_problem, whole_key
 
 EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
 
@@ -193,3 +194,32 @@ def test_a_byte_order_mark_is_no_key(tmp_path):
     file = tmp_path / "case.toml"
     file.write_bytes(b"\xef\xbb\xbf" + EXAMPLE.read_bytes())
     assert load(file) == load(EXAMPLE)
+
+
+@pytest.mark.parametrize(
+    ("setting", "hint"),
+    [
+        ("boundary.0.friction_bound='x^2'", "a power is written with **"),
+        ("boundary.0.friction_bound='10x'", "as in 10*x"),
+        ("boundary.0.friction_bound='2(x+1)'", "as in 10*x"),
+        ("boundary.0.g=3.0", "did you mean 'friction_bound'?"),
+        ("boundary.1.condition='clamped'", "did you mean 'displacement'?"),
+        ("boundary.2.value=['free', 0.0]", "a free component of a traction is 0.0"),
+        ("material.E=3.0", "did you mean 'young_modulus'?"),
+        ("element_size=20.0", "it is held at 2 nodes only; use smaller elements"),
+    ],
+)
+def test_hints(setting, hint, tmp_path, monkeypatch, capsys):
+    """What newcomers write first is answered with the spelling of this package."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["solve", str(EXAMPLE), "--no-figures", "--set", setting]) == 2
+    said = capsys.readouterr().err
+    assert hint in said and str(EXAMPLE) in said and said.count("\n") == 1
+
+
+def test_a_bare_key_is_one_of_the_solver_tables():
+    assert whole_key("element_size") == "mesh.element_size" and whole_key("rho") == "method.rho"
+    assert whole_key("title") == "title" and whole_key("no_such") == "no_such"
+    assert load(EXAMPLE, {"element_size": 0.5}).mesh.element_size == 0.5
+    with pytest.raises(InputError, match="no_such: unknown key"):
+        load(EXAMPLE, {"no_such": 1})

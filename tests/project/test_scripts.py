@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import runpy
 import shutil
 import signal
 import subprocess
@@ -102,6 +103,7 @@ def test_help_is_usage_on_stdout(script, tmp_path):
 
 
 SMALLEST = {
+    "attack": "--count 4",
     "benchmark_methods.py": "--quick",
     "verify_data": "--number 1 --cells 64 --size 0.5",
     "verify_files": "--count 4",
@@ -118,6 +120,8 @@ SMALLEST = {
 }
 """Scripts in Python, and the words for their smallest size."""
 LONG = {
+    "attack": "--count 200",
+    "mutate": "projection-sign rule-shrink robin-shift free-term",
     "benchmark": "--quick refactoring assembly steps",
     "benchmark_rings": "",
     "verify_moved": "--places 0 1000",
@@ -132,8 +136,8 @@ LONG = {
     "verify_meshes": "--quick",
     "assemblies": "solve hip --set body.0.mesh.order=1 --set body.1.mesh.order=1",
 }
-APART = {"attack", "gallery", "verify_manual"}
-"""Have tests of their own: test_attack.py, tests/manual/test_gallery.py and test_manual.py."""
+APART = {"gallery", "verify_manual"}
+"""Have tests of their own: tests/manual/test_gallery.py and test_manual.py."""
 NEED_MORE = {"docs", "compare_versions", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and
 words are looked at."""
@@ -145,7 +149,7 @@ RUN = "import runpy, sys; del sys.argv[0]; runpy.run_path(sys.argv[0], run_name=
 def measured(script: str, words: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = call(
-        forked.program(), "-c", RUN, SCRIPTS / script, *words.split(), timeout=300, env=environment
+        forked.program(), "-c", RUN, SCRIPTS / script, *words.split(), timeout=1800, env=environment
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
@@ -166,6 +170,14 @@ def test_the_smallest_size_runs_to_its_end(script, tmp_path):
 @pytest.mark.parametrize("script", LONG)
 def test_the_smallest_size_of_long_ones(script):
     assert measured(script, LONG[script])
+
+
+def test_every_mutation_is_one_place_in_the_source():
+    table = runpy.run_path(str(SCRIPTS / "mutate"))["MUTATIONS"]
+    assert len(table) >= 20
+    for name, (module, old, new, tests) in table.items():
+        assert (ROOT / "petcontact" / f"{module}.py").read_text().count(old) == 1, name
+        assert old != new and (ROOT / "tests" / tests).exists(), name
 
 
 @pytest.mark.parametrize("script", sorted(NEED_MORE))
