@@ -8,6 +8,7 @@ import pytest
 from facets import quartered
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from shapes import closing, cuboid, elastic, problem, solid
 from smooth_field import STEEL, boundary_data, exact, meshed
 
 from petcontact import Contact, Cylinder, Material, MeshOptions, Polygon, Problem, Sphere
@@ -18,8 +19,11 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.refinement.meshes import mesh_of
+from petcontact.results.body_fields import BodyFields
+from petcontact.results.records import BodyResult
 
 CUBE = BoxSurface(np.full(3, -1.0), np.ones(3))
+BOX = cuboid([-1] * 3, [1] * 3)
 SOFT = Material(2.6, 0.3)
 CYLINDER = Cylinder(**{"from": (0, 0, -1), "to": (0, 0, 1), "radius": 1})
 
@@ -90,6 +94,22 @@ def test_exact_data_on_panels(order, size, bounds):
     for (element, place), bound in zip(places, bounds, strict=True):
         wanted = components(kelvin(at(mesh, element, place))[1])
         assert np.abs(field.stress(element, place) - wanted).max() < bound * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("depth", [1e-5, 0.005, 0.03])
+def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
+    """The field of the data as they are has jumps at the panels' edges, with stresses that grow
+    towards these."""
+    mesh = box_mesh(CUBE, lambda part: 0.25, 2, 1.0)
+    u, stress = kelvin(mesh.x)
+    found = BodyResult(u, np.einsum("nij,nj->ni", stress, mesh.normal))
+    (body,) = problem(body=[solid("cube", BOX, closing("top"), material=elastic(2.6, 0.3))]).loaded
+    fields = BodyFields(body, mesh, found, None, np.full(mesh.n_nodes, -1), {1: 1.0})
+    element, place = everywhere(mesh, 2, np.random.default_rng(0))
+    x = at(mesh, element, place)[mesh.part[element] == mesh.part_names.index("top")][::3]
+    x = x[np.abs(x[:, :2]).max(axis=1) < 0.9] - [0.0, 0.0, depth]
+    error = np.abs(fields.at(x).stress - components(kelvin(x)[1])).max()
+    assert len(x) > 20 and error < 4.5e-3 * np.abs(stress).max()
 
 
 def triangles(mesh):
