@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from examples import example
 from prepared import Posed, operators
@@ -14,8 +12,6 @@ from petcontact.pipeline.choice import resolved_bem
 from petcontact.runtime.petsc import options
 
 pytestmark = pytest.mark.usefixtures("unestimated")
-
-CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def compressed(case, **bem):

@@ -10,25 +10,15 @@ import finite_elements as fe
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import (
-    Body,
-    BoundaryChange,
     Contact,
-    Cylinder,
-    Displacement,
     InputError,
-    Material,
     MeshOptions,
     Obstacle,
-    Pair,
     PointForce,
-    Problem,
-    Rectangle,
-    Step,
     Superelement,
-    Traction,
-    VolumeLoads,
     load,
     read_result,
     solve,
@@ -39,50 +29,44 @@ from petcontact.pipeline.superelement import condensed_body
 pytestmark = pytest.mark.usefixtures("unsampled")
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-STEEL, COARSE = Material(1.0, 0.3, density=1.0), MeshOptions(element_size=0.25, order=1)
+STEEL, COARSE = {**elastic(1.0, 0.3), "density": 1.0}, {"element_size": 0.25, "order": 1}
 
 
-def bodies(top, *steps, loads=None):
+def bodies(top, *steps, **more):
     """Two blocks of squares of one size, the upper one pressed down."""
-    lower = Body(
-        "lower",
-        STEEL,
-        Rectangle((-1, -1), (1, 0)),
-        COARSE,
-        boundary=[Displacement("bottom", (0, 0))],
-    )
-    upper = Body("upper", STEEL, Rectangle((-1, 0), (1, 1)), COARSE, boundary=[top], loads=loads)
-    pair = Pair(
-        "interface", secondary="upper.bottom", primary="lower.top", friction_coefficient=0.4
-    )
-    return Problem(body=[lower, upper], contact=[pair], step=list(steps))
+    of = {"material": STEEL, "mesh": COARSE}
+    lower = solid("lower", rectangle([-1, -1], [1, 0]), moved("bottom", [0, 0]), **of)
+    upper = solid("upper", rectangle([-1, 0], [1, 1]), top, **of, **more)
+    pair = touching("interface", "upper.bottom", "lower.top", friction_coefficient=0.4)
+    return problem(body=[lower, upper], contact=[pair], step=[{"name": "press"}, *steps])
 
 
-def changed(name, value, **more):
+def changed(value, **more):
     """A step that moves the top of the upper block, or loads it."""
-    return Step(name, boundary=[BoundaryChange(body="upper", part="top", value=value)], **more)
+    return {"boundary": [{"body": "upper", "part": "top", "value": value}], **more}
 
 
 def pressed_and_pushed():
-    pushed = changed("push", (0.01, -0.02), increments=2)
-    return bodies(Displacement("top", (0.0, -0.02)), Step("press"), pushed)
+    return bodies(moved("top", [0.0, -0.02]), changed([0.01, -0.02], increments=2))
 
 
 def floating():
     """Under its weight, pressed and sheared."""
-    weight = VolumeLoads(acceleration=(0.0, -0.005))
-    sheared = changed("shear", (0.002, -0.01))
-    return bodies(Traction("top", (0.0, -0.01)), Step("press"), sheared, loads=weight)
+    weight = {"acceleration": [0.0, -0.005]}
+    return bodies(drawn("top", [0.0, -0.01]), changed([0.002, -0.01]), loads=weight)
 
 
 def cylinder():
-    conditions = [
-        Contact("bottom", normal="unilateral", friction_coefficient=0.3),
-        Displacement("top", (0.02, 0, -0.02)),
-        Traction("side", (0, 0, 0)),
-    ]
-    shape, mesh = Cylinder((0, 0, 0), (0, 0, 1), 1.0), MeshOptions(element_size=1.0, order=1)
-    return Problem(material=STEEL, geometry=shape, mesh=mesh, boundary=conditions)
+    return problem(
+        material=STEEL,
+        geometry={"shape": "cylinder", "from": [0, 0, 0], "to": [0, 0, 1], "radius": 1.0},
+        mesh={"element_size": 1.0, "order": 1},
+        boundary=[
+            closing("bottom", normal="unilateral", friction_coefficient=0.3),
+            moved("top", [0.02, 0, -0.02]),
+            drawn("side", [0, 0, 0]),
+        ],
+    )
 
 
 PROBLEMS = {
@@ -97,11 +81,11 @@ PROBLEMS = {
 }
 
 
-def replaced(problem, name, file):
+def replaced(given, name, file):
     """The problem with a superelement for one body, and without its other conditions and loads."""
-    given = next(body for body in problem.body if body.name == name)
-    contacts = tuple(c for c in given.boundary if isinstance(c, Contact))
-    new = given.model_copy(
+    own = next(body for body in given.body if body.name == name)
+    contacts = tuple(c for c in own.boundary if isinstance(c, Contact))
+    new = own.model_copy(
         update={
             "geometry": Superelement(file=str(file)),
             "mesh": MeshOptions(),
@@ -111,10 +95,10 @@ def replaced(problem, name, file):
     )
     steps = tuple(
         step.model_copy(update={"boundary": tuple(c for c in step.boundary if c.body != name)})
-        for step in problem.step
+        for step in given.step
     )
-    return problem.model_copy(
-        update={"body": tuple(new if b.name == name else b for b in problem.body), "step": steps}
+    return given.model_copy(
+        update={"body": tuple(new if b.name == name else b for b in given.body), "step": steps}
     )
 
 
@@ -144,10 +128,11 @@ def test_a_body_in_its_own_place_gives_the_same_solution(kind, tmp_path):
 
 def alone(file, **more):
     """A block of a file on the ground."""
-    return Problem(
-        body=[Body("block", Material(100.0, 0.25), Superelement(file=str(file)))],
-        obstacle=[Obstacle("ground")],
-        contact=[Pair("under", secondary="block.contact", primary="ground", **more)],
+    shape = {"shape": "superelement", "file": str(file)}
+    return problem(
+        body=[solid("block", shape, material=elastic(100.0, 0.25))],
+        obstacle=[{"name": "ground"}],
+        contact=[touching("under", "block.contact", "ground", **more)],
     )
 
 
@@ -271,8 +256,8 @@ def test_a_superelement_is_read_plotted_and_told_what_it_lacks(tmp_path):
     """It follows the ground, which is raised; its fields and loads inside are not known."""
     given = alone(block_file(tmp_path / "s.npz"), normal="bilateral", friction_coefficient=0.5)
     raised = (Obstacle("ground", displacement=(0.0, 0.01)),)
-    problem = given.model_copy(update={"obstacle": raised})
-    solution = solve(problem)
+    posed = given.model_copy(update={"obstacle": raised})
+    solution = solve(posed)
     assert solution.converged and np.abs(solution.pairs["under"].pressure).max() < 1e-12
     assert np.allclose(solution.u[:, 1], 0.01)
     assert solution.accuracy.unknown == "contact carries nothing"
@@ -283,10 +268,10 @@ def test_a_superelement_is_read_plotted_and_told_what_it_lacks(tmp_path):
     assert main(f"export {tmp_path}/r.h5 --vtkhdf {tmp_path}/r.vtkhdf".split()) == 0
     with pytest.raises(InputError, match="is a superelement: fields inside it are not known"):
         solution.stress_at([[1.0, 0.5]])
-    (block,) = problem.body
+    (block,) = posed.body
     for change, line in (
         ({"point_force": (PointForce((1.0, 0.5), (0.0, 1.0)),)}, "point_force: loads inside"),
         ({"mesh": MeshOptions(0.1)}, "mesh.element_size: the faces of a superelement"),
     ):
         with pytest.raises(InputError, match=line):
-            solve(problem.model_copy(update={"body": (block.model_copy(update=change),)}))
+            solve(posed.model_copy(update={"body": (block.model_copy(update=change),)}))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from axial_forms import disc_error, turned_disc
+from shapes import touching
 
 from petcontact import InputError, solve
 from petcontact.model.case import parse_problem
@@ -30,22 +31,6 @@ def ring(inner, outer, height, *conditions):
         "mesh": {"element_size": 0.5, "order": 2},
         "boundary": list(conditions),
     }
-
-
-def pressed(value, outer=None, **law):
-    """A hub on a shaft between smooth plates, pressed on, and then moved at its outside."""
-    smooth = ["free", 0.0, "free"]
-    held = [part("bottom", "displacement", ["free", 0.0, 0.0])]
-    hub = [part(name, "displacement", smooth) for name in ("bottom", "top")]
-    start = [0.0 if isinstance(v, float) else v for v in outer or value]
-    bodies = [
-        {"name": "shaft", **ring(0.0, 1.0, 2.0, *held, part("top", "displacement", smooth))},
-        {"name": "hub", **ring(1.0, 2.0, 2.0, *hub, part("right", "displacement", start))},
-    ]
-    pair = {"name": "fit", "secondary": "hub.left", "primary": "shaft.right", "gap": -1e-3}
-    turn = [{"body": "hub", "part": "right", "value": value}]
-    steps = [{"name": "press"}, {"name": "turn", "boundary": turn}]
-    return posed(body=bodies, contact=[pair | law], step=steps)
 
 
 @pytest.mark.parametrize("inner", [0.0, 0.5])
@@ -75,11 +60,21 @@ def test_a_shaft_is_twisted(inner):
 
 def test_one_bound_for_both_directions():
     """A hub that is pulled and turned: the shear has the size µ p, against the slip."""
-    pulled = pressed(["free", 4e-3, 4e-3], ["free", 0.0, 0.0], friction_coefficient=0.1)
-    for body in ("bottom", "top"):
-        pulled = pulled.model_copy(
-            update={"body": tuple(_without(each, body) for each in pulled.body)}
-        )
+    shaft = ring(
+        0.0,
+        1.0,
+        2.0,
+        part("bottom", "displacement", ["free", 0.0, 0.0]),
+        part("top", "displacement", ["free", 0.0, "free"]),
+    )
+    hub = ring(1.0, 2.0, 2.0, part("right", "displacement", ["free", 0.0, 0.0]))
+    law = {"gap": -1e-3, "friction_coefficient": 0.1}
+    turn = {"body": "hub", "part": "right", "value": ["free", 4e-3, 4e-3]}
+    pulled = posed(
+        body=[{"name": "shaft", **shaft}, {"name": "hub", **hub}],
+        contact=[touching("fit", "hub.left", "shaft.right", **law)],
+        step=[{"name": "press"}, {"name": "turn", "boundary": [turn]}],
+    )
     pair = solve(pulled).pairs["fit"]
     slips = pair.state == 1
     assert slips.sum() > 10
@@ -88,12 +83,6 @@ def test_one_bound_for_both_directions():
     assert np.all(np.abs(pair.sigma_t[slips]).min(axis=0) > 0.0)
     unit = pair.slip_increment / np.linalg.norm(pair.slip_increment, axis=1)[:, None]
     assert np.allclose(pair.sigma_t[slips], -size[slips, None] * unit[slips], atol=1e-6)
-
-
-def _without(body, name):
-    """The hub without what holds an end along the axis."""
-    kept = tuple(c for c in body.boundary if body.name != "hub" or c.part != name)
-    return body.model_copy(update={"boundary": kept})
 
 
 def test_a_disc_turns_a_half_space():

@@ -226,53 +226,32 @@ def test_half_a_problem_at_30_degrees_is_the_whole():
     assert np.abs(across).max() < 1e-13 * theirs.pressure.max()
 
 
-DENSE, SOFT = steel(), elastic(E, NU)
+DENSE, SOFT, WEIGHT = steel(), elastic(E, NU), {"acceleration": [0, -1]}
 HOLE = {"part": "hole", "center": [0, 0], "radius": 1.0}
-ON_A_RIM = [closing("bottom"), *rollers("rim"), drawn("left", [0, 0])]
+PLATE = {
+    "geometry": {"shape": "outline", "exterior": True, "loops": [HOLE]},
+    "boundary": [closing("hole", friction_bound=1.0)],
+}
+DISC = {
+    "geometry": quarter_disc(1.0),
+    "boundary": [closing("bottom"), *rollers("rim"), drawn("left", [0, 0])],
+}
 
 
 @pytest.mark.parametrize(
     ("told", "material", "loads", "more"),
     [
         ("acceleration: the body has 2 dim", DENSE, {"acceleration": [0, 1, 2]}, {}),
-        (
-            "axis: a plane body turns about its normal",
-            DENSE,
-            {"angular_velocity": 1.0, "axis": [0, 0, 1]},
-            {},
-        ),
+        ("axis: a plane body turns", DENSE, {"angular_velocity": 1.0, "axis": [0, 0, 1]}, {}),
         (r"force\[1\]: unknown name 'nx'", DENSE, {"force": [0, "nx"]}, {}),
-        (
-            "rim.condition: symmetry needs a straight side or a plane face",
-            DENSE,
-            {"acceleration": [0, -1]},
-            {"geometry": quarter_disc(1.0), "boundary": ON_A_RIM},
-        ),
-        (
-            "an infinite plate has no volume loads",
-            DENSE,
-            {"acceleration": [0, -1]},
-            {
-                "geometry": {"shape": "outline", "exterior": True, "loops": [HOLE]},
-                "boundary": [closing("hole", friction_bound=1.0)],
-            },
-        ),
+        ("rim.condition: symmetry needs a straight side or a plane face", DENSE, WEIGHT, DISC),
+        ("an infinite plate has no volume loads", DENSE, WEIGHT, PLATE),
         ("density: must be greater than or equal to 0", {**SOFT, "density": -1.0}, {}, {}),
-        ("acceleration: the material of body 'body' has no d", SOFT, {"acceleration": [0, -1]}, {}),
-        (
-            "acceleration: does nothing, the density of body 'body' is 0",
-            {**SOFT, "density": 0.0},
-            {"acceleration": [0, -1]},
-            {},
-        ),
+        ("acceleration: the material of body 'body' has no d", SOFT, WEIGHT, {}),
+        ("does nothing, the density of body 'body' is 0", {**SOFT, "density": 0.0}, WEIGHT, {}),
         ("temperature: the material of body 'body' has no th", SOFT, {"temperature": "x"}, {}),
         ("axis: must be a vector other than zero", SOFT, {"axis": [0.0, 0.0, 0.0]}, {}),
-        (
-            r"force\[1\]: must be a number or an expression",
-            SOFT,
-            {"force": [0.0, [1.0, 2.0]]},
-            {},
-        ),
+        (r"force\[1\]: must be a number or an", SOFT, {"force": [0.0, [1.0, 2.0]]}, {}),
     ],
 )
 def test_mistakes_are_one_line(told, material, loads, more):

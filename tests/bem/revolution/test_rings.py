@@ -19,8 +19,6 @@ from petcontact.mesh.elements import Elements, Targets
 from petcontact.model.problem import Material
 
 NU = 0.3
-CYLINDER = [((0, 0), (1, 0), 0.0), ((1, 0), (1, 1), 0.0), ((1, 1), (0, 1), 0.0)]
-BALL = [((0, -1), (0, 1), 1.0)]
 PLATE = [((1, 0), (2, 0), 0.0), ((2, 0), (2, 1), 0.0), ((2, 1), (1, 1), 0.0), ((1, 1), (1, 0), 0.0)]
 
 

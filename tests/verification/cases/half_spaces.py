@@ -100,8 +100,6 @@ def cattaneo_in_space():
 POINT = PointContact(16.0 / 3.0, 50.0, 200.0)
 """Spheres of E = 400, ν = 0, E* = 200: a = 1."""
 DRAGGED = PointPartialSlip(POINT, 0.4, 0.4 * POINT.load * (1.0 - 0.6**3))
-LOOP = DRAGGED.dissipated_in_a_cycle(200.0)
-"""G* = 200, from (2 - 0)/(4·200) twice."""
 
 
 def mindlin_in_space():

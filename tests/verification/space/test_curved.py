@@ -22,8 +22,6 @@ from petcontact.reference.lame import Sphere
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
-WHOLE = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=1.0)
-
 
 OPEN = {"condition": "contact", "normal": "unilateral", "gap": 10.0}
 """Nothing pulls: the ground is far away."""
@@ -46,32 +44,6 @@ def body(name: str, file: str, order: int = 2, **conditions: dict) -> dict:
 
 def hollow(file: Path, pieces: int) -> str:
     return written(file, {"inner": icosphere(pieces), "outer": 2.0 * icosphere(pieces)})
-
-
-def lame(tmp_path: Path, pieces: int) -> petcontact.Solution:
-    """u given inside, nothing pulls outside."""
-    shell = body("shell", hollow(tmp_path / "shell.msh", pieces), inner=radial(WHOLE), outer=OPEN)
-    return solve(problem(body=[shell], bem={"mat_type": "dense"}))
-
-
-def errors(solution: petcontact.Solution) -> np.ndarray:
-    """In L2, of u outside and of t inside."""
-    mesh, found = solution.meshes["shell"], solution.last.bodies["shell"]
-    r = np.linalg.norm(mesh.x, axis=1)
-    away = mesh.x / r[:, None]
-    exact = {
-        "outer": (found.u, WHOLE.displacement(r)[:, None] * away),
-        "inner": (found.traction, away),
-    }
-    result = []
-    for part, (ours, true) in exact.items():
-        nodes = mesh.nodes_of(part)
-        square = [
-            mesh.weight[nodes] @ np.sum(values[nodes] ** 2, axis=1)
-            for values in (ours - true, true)
-        ]
-        result.append(np.sqrt(square[0] / square[1]))
-    return np.array(result)
 
 
 @pytest.mark.slow
