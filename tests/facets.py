@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import meshio
+import curved_bodies
 import numpy as np
 
 from petcontact.refinement.panels.quartering import cut
@@ -13,21 +13,10 @@ from petcontact.refinement.panels.quartering import cut
 def written(file: Path, parts, *, triangles=False):
     """The path of a `.msh` file of the quadrilaterals (n, 4, 3) of each part, by name; cut in two
     if wanted."""
-    names, corners = list(parts), np.concatenate(list(parts.values())).reshape(-1, 3)
-    tag = np.repeat(np.arange(len(names)), [len(some) for some in parts.values()])
-    # corners that several facets share are one point
-    _, first, number = np.unique(corners.round(9), axis=0, return_index=True, return_inverse=True)
-    cells = number.reshape(-1, 4)
     if triangles:
-        cells, tag = cells[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), np.repeat(tag, 2)
-    mesh = meshio.Mesh(
-        corners[first],
-        [("triangle" if triangles else "quad", cells)],
-        cell_data={"gmsh:physical": [tag + 1], "gmsh:geometrical": [tag + 1]},
-        field_data={name: np.array([k + 1, 2]) for k, name in enumerate(names)},
-    )
-    meshio.write(file, mesh, file_format="gmsh22", binary=False)
-    return str(file)
+        halves = [[0, 1, 2], [0, 2, 3]]
+        parts = {name: cells[:, halves].reshape(-1, 3, 3) for name, cells in parts.items()}
+    return curved_bodies.written(file, parts)
 
 
 def grid(u, v, place):

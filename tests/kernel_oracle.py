@@ -12,12 +12,12 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
+from kelvin_oracle import kelvin, stress_of_kelvin
 
 from petcontact.bem.kelvin2d.integrals import Elements, Targets
 from petcontact.mesh.basis import gauss as basis_points
 
 Real, Complex = np.longdouble, np.clongdouble
-PI = 4 * np.arctan(Real(1))
 
 
 @functools.cache
@@ -153,40 +153,9 @@ def outline(vertices, shares, order, curvature=None):
     return elements, nodes_of(elements, shapes)
 
 
-def kelvin(r, tangent, poisson_ratio, length):
-    """2µ U and T, (2, 2, k) each."""
-    nu = Real(poisson_ratio)
-    r, n = np.array([r.real, r.imag]), np.array([tangent.imag, -tangent.real])
-    square, normal = (r * r).sum(axis=0), (r * n).sum(axis=0)
-    unit = np.eye(2)[:, :, None]
-    rr, outer = r[:, None] * r[None, :], n[:, None] * r[None, :]
-    u = (-(3 - 4 * nu) * np.log(square / Real(length) ** 2) / 2 * unit + rr / square) / (
-        4 * PI * (1 - nu)
-    )
-    bracket = normal / square * ((1 - 2 * nu) * unit + 2 * rr / square)
-    bracket = bracket + (1 - 2 * nu) / square * (outer - outer.transpose(1, 0, 2))
-    return u, -bracket / (4 * PI * (1 - nu))
-
-
-def stress_of_kelvin(r, tangent, poisson_ratio):
-    """Textbook kernels of the stress at y, D (2, 2, 2, k) and S/2µ: stress components ij first,
-    then k of t or u.
-
-    Brebbia, Telles and Wrobel (1984), equations for plane strain; r points from y to x.
-    """
-    nu, delta = Real(poisson_ratio), np.eye(2)
-    distance = np.abs(r)
-    e, n = np.array([r.real, r.imag]) / distance, np.array([tangent.imag, -tangent.real])
-    slope = (e * n).sum(axis=0)
-    d, s = np.zeros((2, 2, 2, 2, len(distance)), Real)
-    for i, j, k in np.ndindex(2, 2, 2):
-        ij, ki, kj, eee = delta[i, j], delta[k, i], delta[k, j], e[i] * e[j] * e[k]
-        d[i, j, k] = (1 - 2 * nu) * (ki * e[j] + kj * e[i] - ij * e[k]) + 2 * eee
-        s[i, j, k] = (1 - 2 * nu) * ij * e[k] + nu * (ki * e[j] + kj * e[i]) - 4 * eee
-        s[i, j, k] = 2 * slope * s[i, j, k] + 2 * nu * (n[i] * e[j] + n[j] * e[i]) * e[k]
-        s[i, j, k] += (1 - 2 * nu) * (2 * n[k] * e[i] * e[j] + n[j] * ki + n[i] * kj)
-        s[i, j, k] -= (1 - 4 * nu) * n[k] * ij
-    return d / (4 * PI * (1 - nu) * distance), -s / (4 * PI * (1 - nu) * distance**2)
+def real(r, tangent):
+    """Vectors (k, 2) and the normals on the right of a direction."""
+    return np.stack([r.real, r.imag], axis=-1), np.stack([tangent.imag, -tangent.real], axis=-1)
 
 
 def nearest(element, point):
@@ -229,33 +198,24 @@ def _panels(element, point):
     return from_first.ravel(), from_last.ravel(), (half * weight).ravel()
 
 
-def reference(element, point, poisson_ratio, length):
-    """G and H, (2, 2, p+1), at a point off the element."""
+def _integrals(element, point, kernels):
+    """Of kernels of vectors and normals against the basis, at a point off the element."""
     y = Complex(point[0]) + 1j * Real(point[1])
     from_first, from_last, weight = _panels(element, point)
-    u, t = kelvin(*element.vector(y, from_first, from_last), poisson_ratio, length)
-    against = (
-        basis(element.order, np.where(from_first < 1, from_first - 1, from_last + 1))
-        * weight
-        * element.half
-    )
-    return u @ against.T, t @ against.T
+    s = np.where(from_first < 1, from_first - 1, from_last + 1)
+    against = basis(element.order, s) * weight * element.half
+    values = kernels(*real(*element.vector(y, from_first, from_last)))
+    return [value @ against.T for value in values]
+
+
+def reference(element, point, poisson_ratio, length):
+    """G and H, (2, 2, p+1), at a point off the element."""
+    return _integrals(element, point, lambda r, n: kelvin(r, n, poisson_ratio, length))
 
 
 def reference_stress(element, point, poisson_ratio):
     """D and S as of `stress_integrals`, (3, 2, p+1), at a point off the element."""
-    y = Complex(point[0]) + 1j * Real(point[1])
-    from_first, from_last, weight = _panels(element, point)
-    d, s = stress_of_kelvin(*element.vector(y, from_first, from_last), poisson_ratio)
-    against = (
-        basis(element.order, np.where(from_first < 1, from_first - 1, from_last + 1))
-        * weight
-        * element.half
-    )
-    pick = [(0, 0), (1, 1), (0, 1)]
-    return np.array([d[ij] @ against.T for ij in pick]), np.array(
-        [s[ij] @ against.T for ij in pick]
-    )
+    return _integrals(element, point, lambda r, n: stress_of_kelvin(r, n, poisson_ratio))
 
 
 def reference_self(element, xi, poisson_ratio, length):
@@ -275,7 +235,7 @@ def reference_self(element, xi, poisson_ratio, length):
         tangent = element.tangent_first * np.exp(1j * element.angle * (xi + 1))
         r = element._along(tangent, offset)
         direction = tangent * np.exp(1j * element.angle * offset)
-        u, t = kelvin(r, direction, poisson_ratio, length)
+        u, t = kelvin(*real(r, direction), poisson_ratio, length)
         against = basis(element.order, xi + offset) * weights * element.half
         return u @ against.T, t @ against.T if traction else 0
 

@@ -3,48 +3,17 @@ until every piece is far."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 
 import numpy as np
+from kelvin_oracle import kelvin
 
 from petcontact.arrays import Array
-from petcontact.bem.kelvin import COMPONENTS
 from petcontact.geometry.quadratic import REFERENCE
 from petcontact.mesh.curved.panels import CurvedPanels
 from petcontact.mesh.panels import Panels, monomials, rule_points
 
-DELTA = np.eye(3)
 Kernels = tuple[Callable[[Array, Array, float], tuple[Array, Array]], ...]
-
-
-def kelvin(r: Array, normal: Array, nu: float) -> tuple[Array, Array]:
-    """2µU and T, (3, 3, q), of vectors r and normals (q, 3) at their ends."""
-    distance = np.linalg.norm(r, axis=-1)
-    e, n = np.moveaxis(r, -1, 0) / distance, np.moveaxis(np.broadcast_to(normal, r.shape), -1, 0)
-    w, identity = np.sum(e * n, axis=0), DELTA.reshape(3, 3, *([1] * distance.ndim))
-    dyad, skew = e[:, None] * e, e[:, None] * n
-    scale = 1.0 / (8.0 * np.pi * (1.0 - nu) * distance)
-    u = scale * ((3.0 - 4.0 * nu) * identity + dyad)
-    t = (1.0 - 2.0 * nu) * (skew - skew.swapaxes(0, 1) - w * identity) - 3.0 * w * dyad
-    return u, scale / distance * t
-
-
-def stress_of_kelvin(r: Array, normal: Array, nu: float) -> tuple[Array, Array]:
-    """D and S/2µ, (6, 3, q): Brebbia, Telles and Wrobel (1984), section 5.6."""
-    distance, shape = np.linalg.norm(r, axis=-1), r.shape[:-1]
-    e, n = np.moveaxis(r, -1, 0) / distance, np.moveaxis(np.broadcast_to(normal, r.shape), -1, 0)
-    w = np.sum(e * n, axis=0)
-    d, s = np.empty((2, 6, 3, *shape))
-    for (c, (i, j)), k in itertools.product(enumerate(COMPONENTS[3]), range(3)):
-        ij, ki, kj = DELTA[i, j], DELTA[k, i], DELTA[k, j]
-        d[c, k] = (1.0 - 2.0 * nu) * (ki * e[j] + kj * e[i] - ij * e[k]) + 3.0 * e[i] * e[j] * e[k]
-        s[c, k] = 3.0 * w * ((1.0 - 2.0 * nu) * ij * e[k] + nu * (ki * e[j] + kj * e[i]))
-        s[c, k] += 3.0 * nu * (n[i] * e[j] + n[j] * e[i]) * e[k] - 15.0 * w * e[i] * e[j] * e[k]
-        s[c, k] += (1.0 - 2.0 * nu) * (3.0 * n[k] * e[i] * e[j] + n[j] * ki + n[i] * kj)
-        s[c, k] -= (1.0 - 4.0 * nu) * n[k] * ij
-    scale = 1.0 / (8.0 * np.pi * (1.0 - nu))
-    return scale / distance**2 * d, -scale / distance**3 * s
 
 
 def by_subdivision(

@@ -4,7 +4,7 @@ the element by points that crowd about the target."""
 from __future__ import annotations
 
 import numpy as np
-from panel_oracle import kelvin
+from kelvin_oracle import kelvin
 
 from petcontact.mesh.basis import gauss, lagrange
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from examples import example
-from prepared import Posed
 
-from petcontact import InputError, MeshOptions
+from petcontact import InputError
 from petcontact.linalg.ksp import LinearSolver
 from petcontact.runtime.petsc import options, petsc
 
@@ -61,24 +59,3 @@ def test_options_of_gmres_reach_the_gmres_that_was_taken(matrix):
         solved(matrix, {"pc_type": "none"})[2]
         < solved(matrix, {"pc_type": "none", "ksp_gmres_restart": 3})[2]
     )
-
-
-@pytest.mark.parametrize(
-    "table",
-    [
-        {"elastic_ksp_type": "gmres"},
-        {"elastic_pc_type": "jacobi"},
-        {"elastic_ksp_type": "bcgs", "elastic_pc_type": "bjacobi"},
-    ],
-)
-def test_the_elastic_solve_takes_any_ksp(comm, table):
-    """LU in place would destroy the matrix that every KSP but preonly multiplies with."""
-    case = example(1, mesh=MeshOptions(element_size=0.5))
-    found = []
-    for given in (table, {}):
-        with options(given):
-            posed = Posed(case, comm)
-            found.append(posed.system.compliance())
-            assert posed.bodies.describe() == "condensed, dense"
-            posed.close()
-    assert np.allclose(*found, rtol=1e-8, atol=1e-9 * np.abs(found[1]).max())

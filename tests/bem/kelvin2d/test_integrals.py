@@ -153,24 +153,3 @@ def test_rigid_motion_on_strongly_graded_sides():
     at_origin = np.repeat(np.hypot(*targets.point.T) < 0.4, 2)
     error = np.abs(h @ np.tile([1.0, 0.0], len(targets.line)))
     assert np.max(error[at_origin]) < 1e-12 and np.max(error) < 1e-6
-
-
-@pytest.mark.parametrize("order", [0, 3])
-def test_straight_and_curved_in_one_batch(order):
-    """A stadium: half circles as two arcs each, straight sides between them. No targets and no
-    elements give arrays without entries."""
-    corner, curvature = [(-2, -1), (2, -1), (3, 0), (2, 1), (-2, 1), (-3, 0)], [0, 1, 1, 0, 1, 1]
-    elements, targets = outline(corner, [0.0, 1.0], order, curvature)
-    nodes, n = order + 1, len(targets.line)
-    whole = integrals(targets, elements, RATIO, LENGTH)
-    assert all(part.flags.c_contiguous for part in whole)
-    for e in range(6):
-        single = integrals(targets, elements.take(np.array([e])), RATIO, LENGTH)
-        for part, expected in zip(single, whole, strict=True):
-            columns = expected[:, :, e * nodes : (e + 1) * nodes]
-            np.testing.assert_allclose(part, columns, rtol=0, atol=1e-14)
-    assert np.max(np.abs(matrices(elements, targets)[0] @ np.tile([1.0, 0.0], n))) < 1e-13
-    nowhere = integrals(free(np.empty((0, 2))), elements, RATIO, LENGTH)
-    assert nowhere[0].shape == (2, 2, n, 0)
-    nothing = integrals(targets, elements.take(np.arange(0)), RATIO, LENGTH)
-    assert nothing[1].shape == (2, 2, 0, n)

@@ -7,8 +7,9 @@ import pytest
 from curved_bodies import a_curved_panel
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from kelvin_oracle import kelvin, stress_of_kelvin
 from marks import slow
-from panel_oracle import by_subdivision, kelvin, stress_of_kelvin
+from panel_oracle import by_subdivision
 from random_panels import a_panel
 
 from petcontact.bem.kelvin3d.integrals import integrals
