@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
+from curved_bodies import written
 
 from petcontact.errors import InputError
+from petcontact.geometry.gmsh import read_msh
 from petcontact.geometry.gmsh_surface import gmsh_surface, is_surface
 from petcontact.geometry.surface import FacetSurface, checked_surface
 from petcontact.mesh.panelling import facet_mesh
@@ -75,26 +78,15 @@ def test_what_is_refused_in_one_line(points: np.ndarray, facets: np.ndarray, mes
 
 
 @pytest.mark.parametrize("kind", ["triangle6", "quad8", "quad9"])
-def test_cells_of_second_order_are_kept_where_they_are_curved(kind: str) -> None:
+def test_cells_of_second_order_are_kept_where_they_are_curved(kind: str, tmp_path: Path) -> None:
     """A cube whose faces are single cells of second order, one of them bulged."""
     faces = FACES if kind != "triangle6" else np.vstack([FACES[:, :3], FACES[:, [0, 2, 3]]])
-    points, cells, numbers = list(CUBE), [], {}
-
-    def node(place: np.ndarray) -> int:
-        key = tuple(np.round(place, 9))
-        if key not in numbers:
-            numbers[key] = len(points)
-            bulge = 0.1 if np.allclose(place, [0.5, 0.5, 1.0]) else 0.0
-            points.append(place + np.array([0.0, 0.0, bulge]))
-        return numbers[key]
-
-    for face in faces:
-        sides = 0.5 * (CUBE[face] + CUBE[np.roll(face, -1)])
-        middle = [CUBE[face].mean(axis=0)] if kind == "quad9" else []
-        cells.append([*face, *(node(place) for place in [*sides, *middle])])
-    tags = {"gmsh:physical": [np.ones(len(cells), dtype=int)]}
-    names = {"skin": np.array([1, 2])}
-    mesh = meshio.Mesh(np.array(points), [(kind, cells)], cell_data=tags, field_data=names)
+    corners = CUBE[faces]
+    sides = 0.5 * (corners + np.roll(corners, -1, axis=1))
+    middle = corners.mean(axis=1, keepdims=True) if kind == "quad9" else corners[:, :0]
+    cells = np.concatenate([corners, sides, middle], axis=1)
+    cells[np.all(np.isclose(cells, [0.5, 0.5, 1.0]), axis=2)] += [0.0, 0.0, 0.1]
+    mesh = read_msh(written(tmp_path / "cube.msh", {"skin": cells}))
     assert is_surface(mesh)
     found = gmsh_surface(mesh, "cube.msh")
     assert found.parts == ("skin",)

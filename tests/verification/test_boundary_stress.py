@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from marks import slow
 from shapes import closing, drawn, elastic, problem, rectangle, rollers
-from verification.test_exact_blocks import GIVEN, exact, solved
+from verification.cases.half_planes import cattaneo_field
+from verification.test_exact_blocks import GIVEN, solved
 
 from petcontact import InputError, solve
 from petcontact.fields.boundary.places import best_places
@@ -25,7 +26,7 @@ def test_stress_along_contact_graded_to_its_edges(order, levels, bound):
         here = own.part[element] == own.part_names.index(part)
         at = own.variables_at(element[here], place[here])
         x = np.column_stack([at["x"], at["y"]])
-        wanted = exact(side * x)[1]
+        wanted = cattaneo_field(side * x)[1]
         found = solution.stress_at(x, body, part=part)[:, 0]
         assert np.abs(found - wanted).max() < bound * np.abs(wanted).max()
 

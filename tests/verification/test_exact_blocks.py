@@ -13,6 +13,7 @@ import tomllib
 import numpy as np
 import pytest
 from problems import block, contact_pair
+from verification.cases.half_planes import SHEAR, TWO, cattaneo_field
 
 from petcontact import Problem
 from petcontact.model.base import parse
@@ -20,31 +21,13 @@ from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.adapt import loop as adaptive
 from petcontact.pipeline.pose import discretise as assemble
 from petcontact.pipeline.run import prepare, run
-from petcontact.reference.cattaneo_mindlin import LinePartialSlip
-from petcontact.reference.half_plane import elliptic_load
-from petcontact.reference.hertz import LineContact, contact_modulus
 
-E, NU, MU, A, C = 1.0, 0.3, 0.4, 1.0, 0.6
-PAIR = LineContact(0.125 * np.pi / (1.0 - NU**2), 1.0, contact_modulus(E, NU, E, NU))
-SHEAR = LinePartialSlip(PAIR, MU, MU * PAIR.load * (1.0 - C**2))
-P_0, G = PAIR.peak, E / (2.0 * (1.0 + NU))
 TEXT = (
     block("lower", [-3, -3], [3, 0], bottom=[0.0, 0.0])
     + block("upper", [-3, 0], [3, 3], top=[0.0, 0.0])
     + contact_pair("pair", "lower.top", "upper.bottom", 0.4, "x**2/2")
     + "[[step]]\nincrements = 1\n"
 )
-
-
-def exact(x, push=1.0):
-    """u (n, 2), σ_xx, σ_yy, σ_xy of the lower block, q times `push`; the upper one's are those at
-    -x, with -u."""
-    sums = [0.0, 0.0, 0.0, 0.0]
-    for load, a in ((P_0 * (1.0 + 1j * push * MU), A), (-1j * push * MU * P_0 * C / A, C)):
-        values, origin = elliptic_load(x, load, a, NU), elliptic_load(np.zeros((1, 2)), load, a, NU)
-        for k in range(4):
-            sums[k] = sums[k] + values[k] - (origin[0] if k == 0 else 0.0)
-    return np.column_stack([sums[0].real, sums[0].imag]) / (2.0 * G), *sums[1:]
 
 
 def discretise(problem, make_mesh=None, law=None, pushes=(1.0,)):
@@ -56,7 +39,7 @@ def discretise(problem, make_mesh=None, law=None, pushes=(1.0,)):
         n, part = mesh.normal, np.array(mesh.part_names)[mesh.node_part]
         held, sides = part == far, (part == "left") | (part == "right")
         for push, value in zip(pushes, data.value[1:], strict=True):
-            u, xx, yy, xy = exact(sign * mesh.x, push)
+            u, xx, yy, xy = cattaneo_field(sign * mesh.x, push)
             value[held] = sign * u[held]
             value[sides] = np.column_stack(
                 [xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]]
@@ -76,7 +59,7 @@ def errors(solution):
     pair = solution.last.pairs["pair"]
     x, weight = pair.x[:, 0], pair.weight
     both = zip(
-        (pair.pressure, -pair.sigma_t[:, 0]), (PAIR.pressure(x), SHEAR.traction(x)), strict=True
+        (pair.pressure, -pair.sigma_t[:, 0]), (TWO.pressure(x), SHEAR.traction(x)), strict=True
     )
     return np.array([np.sqrt(weight @ (a - b) ** 2 / (weight @ b**2)) for a, b in both])
 

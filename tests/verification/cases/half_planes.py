@@ -203,24 +203,24 @@ TWO = LineContact(0.125 * np.pi / (1.0 - NU**2), 1.0, contact_modulus(1.0, NU, 1
 SHEAR = LinePartialSlip(TWO, MU, MU * TWO.load * (1.0 - STICK**2))
 
 
+def cattaneo_field(x, push=1.0):
+    """u (n, 2), σ_xx, σ_yy, σ_xy of the lower block, q times `push`; those of the upper one are
+    those at -x, with -u."""
+    sums, peak = [0.0, 0.0, 0.0, 0.0], TWO.peak
+    for load, a in ((peak * (1.0 + 1j * push * MU), 1.0), (-1j * push * MU * peak * STICK, STICK)):
+        values, origin = elliptic_load(x, load, a, NU), elliptic_load(np.zeros((1, 2)), load, a, NU)
+        for k in range(4):
+            sums[k] = sums[k] + values[k] - (origin[0] if k == 0 else 0.0)
+    return np.column_stack([sums[0].real, sums[0].imag]) / (2.0 * G), *sums[1:]
+
+
 def _cattaneo(sign, push):
-    """u of the lower (sign 1) or upper (-1) block, zero at the origin, as two functions of x and
-    y."""
+    """u of the lower (sign 1) or upper (-1) block as two functions of x and y."""
 
-    def u(x, y):
-        at, total = sign * np.column_stack([x, y]), 0.0
-        for load, a in (
-            (TWO.peak * (1.0 + 1j * push * MU), 1.0),
-            (-1j * push * MU * TWO.peak * STICK, STICK),
-        ):
-            total = (
-                total
-                + elliptic_load(at, load, a, NU)[0]
-                - elliptic_load(np.zeros((1, 2)), load, a, NU)[0]
-            )
-        return sign * total / (2.0 * G)
+    def component(k):
+        return lambda x, y: sign * cattaneo_field(sign * np.column_stack([x, y]), push)[0][:, k]
 
-    return lambda x, y: u(x, y).real, lambda x, y: u(x, y).imag
+    return component(0), component(1)
 
 
 def cattaneo():
