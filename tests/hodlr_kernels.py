@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from petcontact.compression.hodlr import compress
+
 
 @dataclass(frozen=True)
 class Nodes:
@@ -123,6 +125,13 @@ class Partial(Mixed):
         columns = np.asarray(columns)[self.chosen[columns]]
         both = super().__call__(rows, columns).reshape(2 * len(rows), len(columns), 2)
         return (both * self.nodes.normals[columns]).sum(axis=2)
+
+
+def compressed(operator, tol=1e-8, leaf=24, **more):
+    """The operator compressed, clusters ending where sides do."""
+    nodes = operator.nodes
+    offsets = operator.row_offsets, operator.col_offsets
+    return compress(operator, nodes.points, *offsets, tol, leaf, breaks=nodes.breaks, **more)
 
 
 def dense(operator):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hodlr_kernels import CASES, Mixed, Partial, case, circle, dense
+from hodlr_kernels import CASES, Mixed, Partial, case, circle, compressed, dense
 from marks import slow
 
 from petcontact.compression.hodlr import compress, factor
@@ -18,20 +18,6 @@ def turned(values):
         for name in CASES
         for column, value in enumerate(values)
     ]
-
-
-def compressed(operator, tol=1e-8, leaf=24, breaks=None, **more):
-    breaks = operator.nodes.breaks if breaks is None else breaks
-    return compress(
-        operator,
-        operator.nodes.points,
-        operator.row_offsets,
-        operator.col_offsets,
-        tol,
-        leaf,
-        breaks=breaks,
-        **more,
-    )
 
 
 def row_error(matrix, exact):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hodlr_kernels import Mixed, Partial, circle, dense, polygon, together
+from hodlr_kernels import Mixed, Partial, circle, compressed, dense, polygon, together
 
-from petcontact.compression.hodlr import Stretch, compress, factor
+from petcontact.compression.hodlr import Stretch, factor
 
 SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]])
 PER_SIDE, LEAF = 96, 8
@@ -25,19 +25,10 @@ def outline(name):
     )
 
 
-def shared(operator, tol, threads=1):
-    nodes = operator.nodes
-    return compress(
-        operator,
-        nodes.points,
-        operator.row_offsets,
-        operator.col_offsets,
-        tol,
-        LEAF,
-        breaks=nodes.breaks,
-        threads=threads,
-        stretches=[Stretch(i * PER_SIDE, (i + 1) * PER_SIDE) for i in range(4)],
-    )
+def sides(**first):
+    """All of them repeat; `first` is of the first one."""
+    ends = [(i * PER_SIDE, (i + 1) * PER_SIDE) for i in range(4)]
+    return [Stretch(*ends[0], **first), *(Stretch(*end) for end in ends[1:])]
 
 
 def followers(matrix):
@@ -52,7 +43,7 @@ def followers(matrix):
 @pytest.mark.parametrize(("name", "tol"), [("square", 1e-10), ("thin", 1e-6), ("hole", 1e-8)])
 def test_rows_and_solutions_to_the_tolerance(name, tol):
     operator = Mixed(outline(name))
-    exact, matrix = dense(operator), shared(operator, tol)
+    exact, matrix = dense(operator), compressed(operator, tol, LEAF, stretches=sides())
     error = np.linalg.norm(matrix @ np.eye(len(exact)) - exact, axis=1).max()
     # without sharing the thin one and that with the hole are off by as much
     assert error <= (5 if name == "square" else 40) * tol * np.linalg.norm(exact, axis=1).max()
@@ -72,19 +63,8 @@ def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
     def both(rows, columns):
         return [operator(rows, columns), beside(rows, columns)]
 
-    matrix = compress(
-        operator,
-        nodes.points,
-        operator.row_offsets,
-        operator.col_offsets,
-        1e-9,
-        LEAF,
-        breaks=nodes.breaks,
-        serve=(both, [operator.col_offsets, beside.col_offsets]),
-        stretches=[
-            Stretch(i * PER_SIDE, (i + 1) * PER_SIDE, beside=alike or i > 0) for i in range(4)
-        ],
-    )
+    serve = both, [operator.col_offsets, beside.col_offsets]
+    matrix = compressed(operator, 1e-9, LEAF, serve=serve, stretches=sides(beside=alike))
     other = matrix.with_columns(beside, beside.col_offsets)
     on_first = [
         c.follows for level in other.parts[0].levels for c in level.clusters if c.stop <= PER_SIDE
