@@ -104,8 +104,10 @@ def areas(
 def hidden_slip(
     mesh: Any, nodes: Index, pair: PairResult, compliance: float, elements: Sequence[int]
 ) -> tuple[float, float, float, float]:
-    """The area that may slip at an end of stick where stress has no bound though no node slips, how
-    far it slips, the energy that it takes, and g, which q reaches there.
+    """The area that may slip at an end of stick though no node slips, how far it slips, the energy
+    that it takes, and what q reaches there: g where stress has no bound.
+
+    Stick ends at such places, and within elements in which contact ends.
 
     Beside an end at which q = K/√(2πs) shear up to g slips over a length of π K²/(8 g²), by 2/π
     times that length, g and the compliance (D. S. Dugdale, Yielding of steel sheets containing
@@ -121,17 +123,20 @@ def hidden_slip(
     elements : sequence of int
         Those at places where stress has no bound.
     """
-    most = (0.0, 0.0, 0.0, 0.0)
-    for element in set(elements):
-        rows = np.flatnonzero(mesh.element[nodes] == element)
+    most, element = (0.0, 0.0, 0.0, 0.0), mesh.element[nodes]
+    closed, at_end = pair.state != OPEN, np.isin(mesh.element[nodes], elements)
+    at_edge = np.isin(element, element[closed]) & np.isin(element, element[~closed])
+    for each in set(element[closed & (at_end | at_edge)]):
+        rows = np.flatnonzero((element == each) & closed)
         bound = pair.bound[rows]
-        if not len(rows) or np.any(pair.state[rows] != STICK) or not 0.0 < bound.min() < np.inf:
+        if np.any(pair.state[rows] != STICK) or not 0.0 < bound.min() < np.inf:
             continue
         q, g = float(lengths(pair.sigma_t[rows]).max()), float(bound.mean())
-        size = 2.0 * float(sizes(mesh)[element])
+        size = 2.0 * float(sizes(mesh)[each])
         wide = 2.0 * (0.25 * math.pi * q / g) ** 2 * size
         area, slip = wide * size ** (mesh.dim - 2), 2.0 * compliance * g * wide
-        most = max(most, (area, slip, g * slip * area, g))
+        reached = g if at_end[rows[0]] else q
+        most = max(most, (area, slip, g * slip * area, reached))
     return most
 
 

@@ -99,7 +99,10 @@ def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     there = {number.key: number for number in numbers_of(alike, peaks=False)}
     own = [replace(there.get(number.key, number), error=number.error) for number in numbers]
     known = zip(numbers, _compared(alike, own), strict=True)
-    return [number.known_to(other.error) for number, other in known]
+    return [
+        number.known_to(float(np.maximum(other.error, number.alone - _of_increments(number))))
+        for number, other in known
+    ]
 
 
 def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:

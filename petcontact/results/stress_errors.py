@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 from ..fields.boundary.places import located, sizes
 from .corners import corners_of
 from .evaluated import Evaluated
@@ -34,8 +34,8 @@ class NearStress:
     x, parts : (q, d), (q,) arrays
         The place, places beside it, and those of the surface at which the stress is more than half
         as large and has a bound; and their parts, empty inside the body.
-    values : (q,) array
-        The stress there [stress].
+    values, spread : (q,) arrays
+        The stress there, and how much it varies in the element of the surface there [stress].
     count : int
         How many are the place and those beside it.
     at_corner : bool
@@ -45,6 +45,7 @@ class NearStress:
     x: Array
     parts: Any
     values: Array
+    spread: Array
     count: int
     at_corner: bool
 
@@ -62,13 +63,14 @@ def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, N
         end = end_of(solution, number)
         if (at := (end.step, end.cycle)) not in unbounded:
             unbounded[at] = unbounded_places(solution, end)
-        x, parts, count = _places(solution, number, unbounded[at][number.of])
+        x, parts, spread, count = _places(solution, number, unbounded[at][number.of])
         mesh = solution.meshes[number.of]
         corners = corners_of(mesh)
         away = np.linalg.norm(corners.x - place, axis=1)
         at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
         values = _stress_at(solution, number, x, parts)
-        stresses[number.key] = NearStress(x, parts, values, count, bool(number.part and at_corner))
+        at_corner = bool(number.part and at_corner)
+        stresses[number.key] = NearStress(x, parts, values, spread, count, at_corner)
     return stresses
 
 
@@ -77,60 +79,74 @@ def stress_change(
 ) -> float:
     """Return the error of a largest stress: its change at its place, around it and elsewhere.
 
-    At a corner the stress may go on changing as slowly as it does in the last element. In an
-    element that both meshes have it has the relative error of the solution. On panels, which are
-    extrapolated to their corners, it is off by how much it varies around the place.
+    At a corner the stress may go on changing as slowly as it does in the last element. Where an
+    element gains nothing on the other mesh, the difference tells no error: both owe it to the same
+    data, or to panels that were not refined. There it has the relative error of the solution; on
+    panels, which are extrapolated to their corners, how much it varies in the element.
     """
     now, count = near.values, near.count
     change = np.abs(now - _stress_at(coarser, number, near.x, near.parts))
     if np.isnan(change[:count]).all():
         return np.nan
+    if number.part:
+        own, accuracy = np.arange(len(now)) < count, solution.accuracy
+        least = near.spread if accuracy.estimates else accuracy.error * number.size * own
+        same = _gains_nothing(solution, coarser, number, near)
+        change = np.where(same, np.fmax(change, least), change)
     rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]
     off = max(np.nanmax(change[:count]), rivals.max(initial=-np.inf) - float(number.value[0]))
-    if near.at_corner:
-        off = max(off, np.ptp(now[:count]))
-    if number.part:
-        (nodes, size), (before, size_before) = (
-            _element_at(each, number) for each in (solution, coarser)
-        )
-        # Where the element gains nothing on the other mesh, the difference tells no error: both
-        # owe it to the same data, or to panels that were not refined.
-        if nodes <= before and size > 0.8 * size_before:
-            accuracy = solution.accuracy
-            spread = np.ptp(now[:count]) if accuracy.estimates else accuracy.error * number.size
-            off = np.fmax(off, spread)
-    return float(off)
+    return float(max(off, np.ptp(now[:count])) if near.at_corner else off)
 
 
-def _element_at(solution: Evaluated, number: Number) -> tuple[int, float]:
-    """The number of nodes and the size of the element that holds the place of a number."""
-    mesh, place = solution.meshes[number.of], number.place
-    assert place is not None, "largest stresses lie somewhere"
-    (element,), _ = located(mesh, place[None], number.part, within=sizes(mesh))
-    return int(np.diff(mesh.first_node)[element]), float(sizes(mesh)[element])
+def _gains_nothing(
+    solution: Evaluated, coarser: Evaluated, number: Number, near: NearStress
+) -> Mask:
+    """Where (q,) elements of the surface have the nodes and the size of the coarser mesh."""
+    (nodes, size), (before, size_before) = (
+        _elements_at(each, number, near) for each in (solution, coarser)
+    )
+    return np.asarray((nodes <= before) & (size > 0.8 * size_before))
+
+
+def _elements_at(solution: Evaluated, number: Number, near: NearStress) -> tuple[Array, Array]:
+    """The number of nodes and the size of the elements at places; nan off the body."""
+    mesh = solution.meshes[number.of]
+    nodes, size = np.full((2, len(near.x)), np.nan)
+    for part in np.unique(near.parts).tolist():
+        rows = np.flatnonzero(near.parts == part)
+        element = located(mesh, near.x[rows], part, within=sizes(mesh))[0]
+        rows, element = rows[element >= 0], element[element >= 0]
+        nodes[rows], size[rows] = np.diff(mesh.first_node)[element], sizes(mesh)[element]
+    return nodes, size
 
 
 def _places(
     solution: Evaluated, number: Number, unbounded: Sequence[Unbounded]
-) -> tuple[Array, Any, int]:
-    """The places of `NearStress`, their parts, and how many are the place and those beside it."""
+) -> tuple[Array, Any, Array, int]:
+    """The places of `NearStress`, their parts, the spread, and how many are the place and those
+    beside it."""
     mesh, place = solution.meshes[number.of], number.place
     assert place is not None, "largest stresses lie somewhere"
     if not number.part:
         reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
         ways = np.eye(mesh.dim)
         x = np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
-        return x, np.full(len(x), ""), len(x)
+        return x, np.full(len(x), ""), np.zeros(len(x)), len(x)
     element, state = solution.boundary_state(number.of, end_of(solution, number))
     parts = np.array(mesh.part_names)[mesh.part[element]]
-    away = np.linalg.norm(state.x - place, axis=1)
-    rival = 2.0 * getattr(state, stress_name(number)) > number.value[0]
+    away, stress = np.linalg.norm(state.x - place, axis=1), getattr(state, stress_name(number))
+    most, least = np.full(mesh.n_elements, -np.inf), np.full(mesh.n_elements, np.inf)
+    np.maximum.at(most, element, stress)
+    np.minimum.at(least, element, stress)
+    rival = 2.0 * stress > number.value[0]
     for each in unbounded:
         rival &= ~each.leaves_out(state.x)
         rival &= ~np.isin(element, each.elements)
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
     rows = np.append(beside, np.flatnonzero(rival))
-    return np.vstack([place, state.x[rows]]), np.append(number.part, parts[rows]), 1 + len(beside)
+    rows = np.append(rows[:1], rows)
+    x, spread = np.vstack([place, state.x[rows[1:]]]), (most - least)[element[rows]]
+    return x, np.append(number.part, parts[rows[1:]]), spread, 1 + len(beside)
 
 
 def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Array:

@@ -159,7 +159,7 @@ class TailErrors:
         It is that of the integrals of given tractions and of volume forces, that of bending and of
         loads inside, and what tractions lack to balance."""
         given = self._data.resultant_error() + missed_volume(self.solution.problem, self.meshes)
-        return given + self._of_bodies + self._uneven
+        return given + self._of_bodies + self._unbalanced
 
     @functools.cached_property
     def _of_bodies(self) -> float:
@@ -211,19 +211,27 @@ class TailErrors:
                 max(of_resultants, lacks), 1.0
             )
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
-            return 0.0, worst**2 + self._uneven
+            return 0.0, worst**2 + self._unbalanced
         if not math.isnan(whole):
-            return min(whole, 1.0), worst * min(whole, 1.0) + self._uneven
+            return min(whole, 1.0), worst * min(whole, 1.0) + self._unbalanced
         own, beside = self.slip_errors()
         order = int(self.meshes[0].order[~self._in_contact].max(initial=0))
         error = min(math.hypot(own, BESIDE[order] * beside), 1.0)
-        return error, worst * error + self._uneven
+        return error, worst * error + self._unbalanced
 
     @functools.cached_property
     def _uneven(self) -> float:
         """The largest imbalance of the tractions [-]."""
         residuals = [step.residuals["equilibrium"] for step in self.solution.steps]
         return float(np.nan_to_num(residuals).max(initial=0.0))
+
+    @property
+    def _unbalanced(self) -> float:
+        """The largest imbalance of the tractions over a force that others balance [-].
+
+        Such a force is at most half of the sum that the imbalance is a share of, and it may be off
+        by all that is left."""
+        return 2.0 * self._uneven
 
     @property
     def _in_contact(self) -> Mask:
