@@ -227,17 +227,23 @@ class LinearSolver:
 
     def close(self) -> None:
         """Free the KSP, its preconditioner, and what it owns."""
+        _UNCLOSED.pop(id(self._ksp), None)
+        self._free()
+
+    def _free(self) -> None:
         if self._ksp is not None:
-            _UNCLOSED.pop(id(self._ksp), None)
             self._ksp.destroy()
             self._ksp = None
         while self._owned:
             self._owned.pop().destroy()
 
     def __del__(self) -> None:
-        """One rank frees what nobody closed: petsc4py would keep it until PETSc ends."""
+        """One rank frees what nobody closed: petsc4py would keep it until PETSc ends.
+
+        At the end of Python the names of this module may be gone before its last solver.
+        """
         if self._comm.getSize() == 1:
-            self.close()
+            self._free()
 
     def _guard(self, call: Any) -> None:
         try:
