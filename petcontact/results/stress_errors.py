@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Mask
+from ..arrays import Array, Index, Mask
 from ..fields.boundary.places import located, sizes
 from .corners import corners_of
 from .evaluated import Evaluated
@@ -135,9 +135,6 @@ def _places(
     element, state = solution.boundary_state(number.of, end_of(solution, number))
     parts = np.array(mesh.part_names)[mesh.part[element]]
     away, stress = np.linalg.norm(state.x - place, axis=1), getattr(state, stress_name(number))
-    most, least = np.full(mesh.n_elements, -np.inf), np.full(mesh.n_elements, np.inf)
-    np.maximum.at(most, element, stress)
-    np.minimum.at(least, element, stress)
     rival = 2.0 * stress > number.value[0]
     for each in unbounded:
         rival &= ~each.leaves_out(state.x)
@@ -145,8 +142,16 @@ def _places(
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
     rows = np.append(beside, np.flatnonzero(rival))
     rows = np.append(rows[:1], rows)
-    x, spread = np.vstack([place, state.x[rows[1:]]]), (most - least)[element[rows]]
+    x, spread = np.vstack([place, state.x[rows[1:]]]), _spread(element, stress)[rows]
     return x, np.append(number.part, parts[rows[1:]]), spread, 1 + len(beside)
+
+
+def _spread(element: Index, values: Array) -> Array:
+    """How much values (n,) vary in their elements, (n,)."""
+    most, least = np.full(element.max() + 1, -np.inf), np.full(element.max() + 1, np.inf)
+    np.maximum.at(most, element, values)
+    np.minimum.at(least, element, values)
+    return np.asarray((most - least)[element])
 
 
 def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Array:
