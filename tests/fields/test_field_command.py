@@ -18,44 +18,30 @@ pytestmark = pytest.mark.usefixtures("unsampled")
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 
-@pytest.fixture(scope="module")
-def result(tmp_path_factory):
-    path = tmp_path_factory.mktemp("field") / "result.h5"
-    write_solution(path, solve(example(1, mesh=MeshOptions(element_size=0.2))))
-    return path
-
-
-def test_field_writes_what_paraview_reads(result, tmp_path, capsys):
-    field, boundary, figure = (tmp_path / name for name in ("f.vtu", "b.vtu", "f.png"))
-    words = f"field {result} --grid 40x20 -o {field} --boundary {boundary} --figure {figure}"
-    assert main(words.split()) == 0
+def test_field_writes_what_paraview_reads(tmp_path, capsys):
+    """Inside, the ends of the block; on its boundary parts, states of contact and tractions."""
+    write_solution(tmp_path / "r.h5", solve(example(1, mesh=MeshOptions(element_size=0.1))))
+    words = "field {0}/r.h5 --grid 40x20 -o {0}/f.vtu --boundary {0}/b.vtu --figure {0}/f.png"
+    assert main(words.format(tmp_path).split()) == 0
     assert "largest von Mises stress" in capsys.readouterr().out
-    inside = meshio.read(field)
+    assert (tmp_path / "f.png").stat().st_size > 10_000
+    inside, back = (meshio.read(tmp_path / name) for name in ("f.vtu", "b.vtu"))
     ends = inside.points[:, 0].min(), inside.points[:, 0].max()
     assert ends == pytest.approx((0.0, 8.0), abs=1e-3)
     assert np.isfinite(inside.point_data["displacement"]).all()
-    assert len(meshio.read(boundary).points) > 100
-    assert figure.stat().st_size > 10_000
-
-
-POINTS = "a table of --points is of these points alone"
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        *((f"--grid={grid}", "--grid") for grid in ("40", "40x", "0x3", "axb", "-3x4", "1e9x2")),
-        ("--quantity sigma_xx", "--quantity sigma_xx: is what a figure shows"),
-        ("--grid 8x8 -o own.vtk", "own.vtk: a field is written as .vtu"),
-        ("--grid 8x8 --figure own.tif", "own.tif: a figure is .png, .pdf or .svg"),
-        ("--grid 8x8x8", "the body has 2 dimensions"),
-        ("--points p.csv --grid 20x10", f"--grid: {POINTS}"),
-        ("--points p.csv --window 0 0 1 1", f"--window: {POINTS}"),
-    ],
-)
-def test_options_that_are_wrong_or_would_do_nothing_are_refused(result, words, message, capsys):
-    assert main(f"field {result} {words}".split()) == 2
-    assert message in capsys.readouterr().err
+    lines, data = back.cells_dict["line"], back.point_data
+    length = np.hypot(*(back.points[lines[:, 1]] - back.points[lines[:, 0]])[:, :2].T)
+    assert length.sum() == pytest.approx(24.0)
+    part, contact = back.cell_data["part"][0], back.cell_data["contact"][0]
+    assert np.array_equal(part == 0, contact >= 0)
+    slips, ends = lines[contact == 1], lines[contact >= 0]
+    assert length[contact == 1].sum() == pytest.approx(3.378, abs=0.2)
+    assert np.allclose(data["sigma_t"][slips], -150.0, atol=2.0)
+    assert np.abs(data["sigma_t"][ends]).max() <= 150.0 * (1.0 + 1e-12)
+    assert np.allclose(data["friction_bound"][ends], 150.0, rtol=1e-12)
+    names = {"part 0 is bottom", "contact 1 is slip", "contact 2 is open"}
+    assert names <= back.field_data.keys()
+    assert np.abs(data["displacement"][lines[part == 2]]).max() < 1e-14
 
 
 def rows(path):
@@ -108,9 +94,19 @@ def test_one_body_one_increment_one_window(steps, tmp_path):
     assert not [*tmp_path.glob("d*lower*")] and len([*tmp_path.glob("d*upper*")]) == 2
 
 
+POINTS = "a table of --points is of these points alone"
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        *((f"--grid={grid}", "--grid") for grid in ("40", "40x", "0x3", "axb", "-3x4", "1e9x2")),
+        ("--quantity sigma_xx", "--quantity sigma_xx: is what a figure shows"),
+        ("--grid 8x8 -o own.vtk", "own.vtk: a field is written as .vtu"),
+        ("--grid 8x8 --figure own.tif", "own.tif: a figure is .png, .pdf or .svg"),
+        ("--grid 8x8x8", "the body has 2 dimensions"),
+        ("--points p.csv --grid 20x10", f"--grid: {POINTS}"),
+        ("--points p.csv --window 0 0 1 1", f"--window: {POINTS}"),
         ("--step 9", "--step 9: there are increments 1 to 4, and `last`"),
         ("--body uper", "no body 'uper', did you mean 'upper'?"),
         ("--window 0 0 1", "expected the lower and the upper corner"),

@@ -1,14 +1,13 @@
-"""Displacement and stress inside, on points and grids, and the files made of them."""
+"""Displacement and stress inside, on points, grids, and next to the joints of elements."""
 
 from __future__ import annotations
 
-import meshio
 import numpy as np
 import pytest
 import shapely
 from examples import example
 from prepared import operators
-from shapes import cuboid, elastic, moved, problem, rectangle, solid
+from shapes import closing, cuboid, drawn, elastic, moved, problem, rectangle, solid
 from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
@@ -16,7 +15,7 @@ from petcontact import InputError, Material, MeshOptions, solve
 from petcontact.fields.interior import field_at
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.stress_state import StressState
-from petcontact.results.vtu.boundary import write_boundary_vtu
+from petcontact.geometry.arcs import end_tangents
 
 POINTS = np.array(
     [[2.5, 0.5], [1.0, 0.3], [3.9, 1.99], [0.31, 0.31], [2.0, 0.55], [0.001, 1.5], [3.3, 1e-4]]
@@ -121,25 +120,6 @@ def test_von_mises_and_principal_stresses():
     assert np.allclose(state.principal_in_plane, np.linalg.eigvalsh(full[:, :2, :2])[:, ::-1])
 
 
-def test_boundary_file(tmp_path):
-    solution = solve(example(1, mesh=MeshOptions(element_size=0.1)))
-    write_boundary_vtu(tmp_path / "b.vtu", solution)
-    back = meshio.read(tmp_path / "b.vtu")
-    lines, data = back.cells_dict["line"], back.point_data
-    length = np.hypot(*(back.points[lines[:, 1]] - back.points[lines[:, 0]])[:, :2].T)
-    assert length.sum() == pytest.approx(24.0)
-    part, contact = back.cell_data["part"][0], back.cell_data["contact"][0]
-    assert np.array_equal(part == 0, contact >= 0)
-    slips, ends = lines[contact == 1], lines[contact >= 0]
-    assert length[contact == 1].sum() == pytest.approx(3.378, abs=0.2)
-    assert np.allclose(data["sigma_t"][slips], -150.0, atol=2.0)
-    assert np.abs(data["sigma_t"][ends]).max() <= 150.0 * (1.0 + 1e-12)
-    assert np.allclose(data["friction_bound"][ends], 150.0, rtol=1e-12)
-    names = {"part 0 is bottom", "contact 1 is slip", "contact 2 is open"}
-    assert names <= back.field_data.keys()
-    assert np.abs(data["displacement"][lines[part == 2]]).max() < 1e-14
-
-
 @pytest.mark.parametrize("body", [BODY, None], ids=["arcs", "straight"])
 def test_groups_seen_from_afar_are_the_sum_of_their_elements(monkeypatch, body):
     """The series of the potentials against the integrals, at points from well inside to almost on
@@ -161,3 +141,49 @@ def test_groups_seen_from_afar_are_the_sum_of_their_elements(monkeypatch, body):
     monkeypatch.setattr(petcontact.fields.interior, "EXPANSIONS", {})
     for one, other in zip(ours, field_at(mesh, u, traction, STEEL, points), strict=True):
         assert np.abs(one - other).max() <= 1e-12 * np.abs(other).max()
+
+
+def stress_errors(mesh, corners):
+    """Largest errors of σ over its maximum, at each distance into the body from the ends of
+    elements: at corners, or else on straight sides and arcs."""
+    _, after = mesh.neighbours()
+    first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
+    chosen = np.flatnonzero((np.sum(last * first[after], axis=1) < 0.9) == corners)
+    assert len(chosen) >= 3
+    along = last[chosen] + first[after[chosen]]
+    inwards = np.column_stack([-along[:, 1], along[:, 0]]) / np.hypot(*along.T)[:, None]
+    errors = []
+    for distance in (1e-2, 1e-3, 1e-10):
+        points = mesh.end[chosen] + distance * inwards
+        _, found = field_at(mesh, *boundary_data(mesh), STEEL, points)
+        _, wanted = exact(points)
+        errors.append(np.abs(found - wanted).max() / np.abs(wanted).max())
+    return errors
+
+
+@pytest.mark.parametrize(
+    ("order", "size", "bound"), [(0, 0.1, 6e-3), (1, 0.2, 3e-2), (4, 0.2, 3e-4)]
+)
+def test_stress_is_bounded_next_to_joints(order, size, bound):
+    """The same at 1e-3 and at 1e-10; without care it is 3e8 times the largest stress at 1e-12 (order
+    1). Toe and bottom are different parts. At corners only a logarithm is left."""
+    mesh = meshed(element_size=size, order=order)
+    errors = stress_errors(mesh, corners=False)
+    assert max(errors) < bound and max(errors) < 3.0 * errors[1] + 1e-3 * bound
+    if order > 0:
+        errors = stress_errors(mesh, corners=True)
+        assert errors[-1] < 8.0 * errors[1] + 3e-4 and errors[-1] < 0.15
+
+
+def test_a_traction_that_jumps_in_truth_still_jumps():
+    """A load on half of a side: its edge is the end of an element. u has a logarithmic slope there,
+    which no polynomial has."""
+    sides = closing("bottom", friction_bound=0.1), moved("left", [0, 0]), drawn("right", [0, 0])
+    load = drawn("top", [0, "where(x < 2, -1.0, 0.0)"])
+    more = {"material": elastic(200.0, 0.3), "mesh": {"element_size": 0.25, "order": 2}}
+    body = solid("block", rectangle([0, 0], [4, 2]), *sides, load, **more)
+    points = np.array([[x, 2.0 - 1e-7] for x in (1.9, 1.99, 1.999, 2.001, 2.01, 2.1)])
+    _, vertical, shear = solve(problem(body=[body])).stress_at(points).T
+    assert np.abs(vertical - [-1.0, -1.0, -1.0, 0.0, 0.0, 0.0]).max() < 0.3
+    assert np.abs(shear).max() < 0.05
+    assert vertical[2] < vertical[3] - 0.4
