@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from examples import example
 from prepared import compressed_from
 
-from petcontact import Bem, Circle, MeshOptions, Problem, Rectangle, SideBySide, solve
+from petcontact import Bem, Circle, MeshOptions, Rectangle, SideBySide, solve
 from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.errors import SolverError
 from petcontact.mesh.grading import mesh_outline
@@ -16,37 +17,28 @@ from petcontact.pipeline import choice
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
-BOX = Rectangle(lower_left=(0, 0), upper_right=(8, 4))
 SIDES = [
     {"part": name, "to": to}
     for name, to in (("b", (8, 0)), ("r", (8, 4)), ("t", (0, 4)), ("l", (0, 0)))
 ]
 HOLES = [Circle(part="h", center=(0.8 * k + 0.4, 2.0), radius=0.3) for k in range(10)]
-PLATE = SideBySide(loops=[SIDES, *HOLES])
-GRADED = {"order": 3, "grading": 0.5, "levels": 30}
+
+
+def box(width, height):
+    return Rectangle(lower_left=(0, 0), upper_right=(width, height))
 
 
 @pytest.mark.parametrize(
     ("geometry", "mesh", "compressed"),
     [
-        (BOX, {"element_size": 0.025}, False),  # 960 nodes
-        (BOX, {"element_size": 0.015}, True),  # 1600
-        (PLATE, {"element_size": 0.03}, False),  # 1440: 1.2 s compressed, 0.5 s dense
-        (
-            Rectangle(lower_left=(0, 0), upper_right=(400, 30)),
-            {"element_size": 1.0, "order": 2},
-            True,
-        ),  # 1.2 s
-        (
-            Rectangle(lower_left=(0, 0), upper_right=(400, 4)),
-            {"element_size": 1.0, "order": 2},
-            False,
-        ),
-        (
-            BOX,
-            {"order": 3, "grading": 0.5, "levels": 38},
-            False,
-        ),  # 1240 graded: the compression fails
+        (box(8, 4), {"element_size": 0.025}, False),  # 960 nodes
+        (box(8, 4), {"element_size": 0.015}, True),  # 1600
+        # 1440 nodes: 1.2 s compressed, 0.5 s dense
+        (SideBySide(loops=[SIDES, *HOLES]), {"element_size": 0.03}, False),
+        (box(400, 30), {"element_size": 1.0, "order": 2}, True),  # 1.2 s
+        (box(400, 4), {"element_size": 1.0, "order": 2}, False),
+        # 1240 nodes, graded: the compression fails
+        (box(8, 4), {"order": 3, "grading": 0.5, "levels": 38}, False),
     ],
 )
 def test_the_cheaper_operator_is_taken(geometry, mesh, compressed):
@@ -56,40 +48,30 @@ def test_the_cheaper_operator_is_taken(geometry, mesh, compressed):
     assert choice.compression_of(Bem(mat_type="dense"), made) is None
 
 
-@pytest.fixture
-def case():
-    return Problem(
-        material={"young_modulus": 1000.0, "poisson_ratio": 0.3},
-        geometry=BOX,
-        mesh=MeshOptions(**GRADED),
-        boundary=[
-            {"part": "bottom", "condition": "contact", "friction_bound": 1.0},
-            {"part": "top", "condition": "displacement", "value": (0.01, -0.01)},
-            {"part": "left", "condition": "traction", "value": (0, 0)},
-            {"part": "right", "condition": "traction", "value": (0, 0)},
-        ],
-    )
+GRADED = example(1, mesh=MeshOptions(order=3, grading=0.5, levels=30), name="semismooth-newton")
 
 
 @pytest.mark.slow
-def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm):
+def test_a_compression_that_misses_is_replaced_by_itself(monkeypatch, comm):
     """A tolerance of 1e-7 leaves more than the integral equations may miss."""
-    lost = solve(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_tol=1e-7)}), comm=comm)
+    lost = solve(
+        GRADED.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_tol=1e-7)}), comm=comm
+    )
     assert lost.status == "failed" and lost.elastic_residual > 1e-7
     assert "hodlr" in lost.provenance.solver
     compressed_from(100, "hodlr", monkeypatch)
-    solution = solve(case.model_copy(update={"bem": Bem(hodlr_tol=1e-7)}), comm=comm)
+    solution = solve(GRADED.model_copy(update={"bem": Bem(hodlr_tol=1e-7)}), comm=comm)
     assert solution.converged and solution.elastic_residual < 1e-9
     assert "dense" in solution.provenance.solver
 
 
-def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
+def test_a_compression_that_raises_is_replaced_too(monkeypatch, comm):
     def refuse(self, *words):
         raise SolverError("assemble", "the compressed operator is off by 1e-3", "none")
 
     monkeypatch.setattr(HodlrBody, "__init__", refuse)
     compressed_from(100, "hodlr", monkeypatch)
-    small = case.model_copy(update={"mesh": MeshOptions(element_size=0.1)})
+    small = example(1, mesh=MeshOptions(element_size=0.1))
     assert "dense" in solve(small, comm=comm).provenance.solver
     with pytest.raises(SolverError):
         solve(small.model_copy(update={"bem": Bem(mat_type="hodlr")}), comm=comm)
