@@ -33,19 +33,21 @@ def run_project(posed, rho, **keywords):
 
 
 def test_each_step_satisfies_the_robin_condition_4_11(posed):
-    states = []
-    run_project(posed, rho=100.0, monitor=states.append)
-    bound = posed.bound
-    u, sigma = np.zeros_like(states[0].v), np.zeros_like(states[0].v)
-    for state in states:
-        rho = state.rho
-        expected = sigma + rho * u - 1.8 * law_residual(Tresca(bound), u, sigma, rho)
-        scale = np.abs(state.sigma).max()
-        assert np.allclose(state.sigma + rho * state.v, expected, rtol=0, atol=1e-10 * scale)
-        assert np.allclose(
-            state.v, posed.system.u_0 + posed.system.apply(state.sigma), rtol=0, atol=1e-12
-        )
-        u, sigma = state.v, state.sigma
+    """From zero, and from an iterate of another ρ."""
+    first, again = [], []
+    run_project(posed, rho=100.0, monitor=first.append)
+    start = first[5].v, first[5].sigma
+    run_project(posed, rho=1e4, monitor=again.append, start=start)
+    zero = np.zeros_like(first[0].v)
+    for states, (u, sigma) in ((first, (zero, zero)), (again, start)):
+        for state in states:
+            rho = state.rho
+            expected = sigma + rho * u - 1.8 * law_residual(Tresca(posed.bound), u, sigma, rho)
+            scale = np.abs(state.sigma).max()
+            assert np.allclose(state.sigma + rho * state.v, expected, rtol=0, atol=1e-10 * scale)
+            moved = posed.system.u_0 + posed.system.apply(state.sigma)
+            assert np.allclose(state.v, moved, rtol=0, atol=1e-12)
+            u, sigma = state.v, state.sigma
 
 
 def test_history_says_what_happened(posed):
