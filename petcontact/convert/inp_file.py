@@ -13,7 +13,7 @@ from ..model.base import regular_file
 
 LARGEST = 500_000_000
 """Bytes."""
-MOST = 10_000_000
+MOST_NUMBERS = 10_000_000
 """Numbers that a set of a file of LARGEST bytes may name: a line of data each."""
 FACES: dict[int, tuple[tuple[int, ...], ...]] = {
     3: ((0, 1), (1, 2), (2, 0)),
@@ -183,10 +183,10 @@ def _generated(file: InpFile, keyword: Keyword, row: list[str]) -> range:
     """The numbers from one to another that a row stands for."""
     first, last, step = (int(word) for word in (*row, "1")[:3])
     numbers = range(first, last + 1, step)
-    if (last - first) // step > MOST:
+    if (last - first) // step > MOST_NUMBERS:
         raise InputError(
             f"{file.path}: line {keyword.line}: *{keyword.name}: {', '.join(row)} are more "
-            f"numbers than {MOST:.0e}"
+            f"numbers than {MOST_NUMBERS:.0e}"
         )
     return numbers
 

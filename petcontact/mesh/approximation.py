@@ -35,7 +35,7 @@ ACROSS = 24
 ENOUGH = 4e-3
 """Accepted integral of what the cubics of cells miss over that of the function [-]. Along a jump it
 has opposite signs: integrals of 8 discs are off by at most 2e-4."""
-MOST = 8000
+MOST_CELLS = 8000
 """Largest number of cells that are cut at once; a function with more is rough everywhere."""
 NUDGE = 1e-5
 """Step of the differences that give a face's tangents, over the face; their errors are 1e-10."""
@@ -169,7 +169,7 @@ def _sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:
         halves, error = _halved(cells, rule)
         enough = ENOUGH * sum(each.magnitude for each in (*done, halves))
         cut = error > 0.25 * enough / len(error)
-        if error.sum() <= enough or cut.sum() > MOST:
+        if error.sum() <= enough or cut.sum() > MOST_CELLS:
             cut[:] = False
         square += float(np.sum(error[~cut] ** 2))
         done.append(halves.take(np.repeat(~cut, 2)))

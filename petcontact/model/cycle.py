@@ -10,7 +10,7 @@ from ..errors import InputError
 from .base import Model, Positive, whole_or_auto
 from .hints import among
 
-MOST = 10**12
+MOST_CYCLES = 10**12
 """Cycles, at most."""
 
 
@@ -39,8 +39,8 @@ class Cycle(Model):
 
     first: str
     last: str
-    count: Annotated[int, pydantic.Field(strict=True, ge=1, le=MOST)]
-    jump: Annotated[int | Literal["auto"], whole_or_auto(MOST)] = "auto"
+    count: Annotated[int, pydantic.Field(strict=True, ge=1, le=MOST_CYCLES)]
+    jump: Annotated[int | Literal["auto"], whole_or_auto(MOST_CYCLES)] = "auto"
     tolerance: Annotated[Positive, pydantic.Field(le=1.0)] = 0.02
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipk, ellipkm1
 
-LEAST, MOST = -300.0, -1e-15
+LOWEST, HIGHEST = -300.0, -1e-15
 """Logarithms of the ratios that are distinguished from 0 and 1."""
 
 
@@ -61,6 +61,6 @@ def stick_ratio_of_a_circle(friction: float, beta: float) -> float:
 def _root(function: Callable[[float], float]) -> float:
     """The ratio whose logarithm is a zero of an increasing function; 0 or 1 where it is that to the
     last digit."""
-    if function(LEAST) > 0.0 or function(MOST) < 0.0:
-        return float(function(MOST) < 0.0)
-    return float(np.exp(brentq(function, LEAST, MOST, xtol=1e-16, rtol=1e-14)))
+    if function(LOWEST) > 0.0 or function(HIGHEST) < 0.0:
+        return float(function(HIGHEST) < 0.0)
+    return float(np.exp(brentq(function, LOWEST, HIGHEST, xtol=1e-16, rtol=1e-14)))

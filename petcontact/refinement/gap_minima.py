@@ -9,12 +9,12 @@ from ..round_off import HALF
 from .expression_features import SAMPLES
 from .known_data import SideData
 
-MOST = 4
+MOST_MINIMA = 4
 """Largest number of minima on one side to which meshes are graded; the lowest ones are taken."""
 
 
 def gap_minima(field: SideData) -> Array:
-    """Return the `MOST` lowest minima of a gap inside a side, as increasing fractions.
+    """Return the `MOST_MINIMA` lowest minima of a gap inside a side, as increasing fractions.
 
     Samples of the interval around each minimum leave two of its parts, until these are as short as
     a minimum is known (`HALF`). All minima are evaluated together.
@@ -28,7 +28,7 @@ def gap_minima(field: SideData) -> Array:
     # the ends of an interval of equal values are minima, too
     before, after = np.sign(gap[1:-1] - gap[:-2]), np.sign(gap[1:-1] - gap[2:])
     minima = np.flatnonzero((before <= 0.0) & (after <= 0.0) & (before + after < 0.0))
-    minima = 1 + minima[np.argsort(gap[1 + minima], kind="stable")][:MOST]
+    minima = 1 + minima[np.argsort(gap[1 + minima], kind="stable")][:MOST_MINIMA]
     low, high = fractions[minima - 1], fractions[minima + 1]
     share = np.arange(1, SAMPLES)[:, None] / SAMPLES
     while (high - low).max(initial=0.0) > HALF:

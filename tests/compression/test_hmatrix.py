@@ -124,7 +124,7 @@ def test_sums_over_groups_are_those_of_the_entries():
 
 def test_blocks_that_are_not_of_low_rank_are_divided_and_at_last_kept_whole(monkeypatch):
     kernel, tree = prepared("block")
-    monkeypatch.setattr(build, "MOST", 6)
+    monkeypatch.setattr(build, "MOST_CROSSES", 6)
     monkeypatch.setattr(build, "KNOWN", 3000)
     compressed = HMatrix(kernel, tree, block_tree(tree), 1e-5, (0, N))
     assert compressed.largest_rank <= 6

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from petcontact.refinement.gap_minima import MOST, gap_minima
+from petcontact.refinement.gap_minima import MOST_MINIMA, gap_minima
 from petcontact.round_off import HALF
 
 GAPS = {
@@ -46,4 +46,4 @@ def test_minima_are_found_to_the_round_off_of_the_gap(name):
 
 def test_only_the_lowest_ones_are_kept():
     field, _ = looked_at(lambda x: np.cos(40.0 * x) + x)
-    assert len(gap_minima(field)) == MOST
+    assert len(gap_minima(field)) == MOST_MINIMA

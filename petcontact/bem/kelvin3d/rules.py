@@ -27,7 +27,7 @@ EXACT = 16
 AFAR = 8.0
 """Error over a usual tolerance that is left there: what the rules near panels come to, too."""
 SAFETY = 2.5
-MOST = 40
+MOST_GAUSS = 40
 """Gauss points in s or v at most."""
 MARGIN = 3.3
 """Digits (natural) beyond the tolerance that the rules aim at."""
@@ -167,8 +167,9 @@ def warp(panels: CurvedPanels) -> Array:
 
 @functools.cache
 def tables() -> tuple[Array, Array]:
-    """Gauss points and weights on [-1, 1] by their number, (MOST + 1, MOST) each, zero beyond."""
-    result = np.zeros((2, MOST + 1, MOST))
-    for count in range(1, MOST + 1):
+    """Gauss points and weights on [-1, 1] by their number, zero beyond it: two arrays of shape
+    (MOST_GAUSS + 1, MOST_GAUSS)."""
+    result = np.zeros((2, MOST_GAUSS + 1, MOST_GAUSS))
+    for count in range(1, MOST_GAUSS + 1):
         result[:, count, :count] = gauss(count - 1)
     return result[0], result[1]

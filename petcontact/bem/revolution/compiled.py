@@ -21,8 +21,9 @@ from ..kernel import ColumnData
 
 TOLERANCE = 1e-9
 """Relative error of quadrature by default."""
-ORDERS, MOST, RULES = 6, 64, 12
-"""Sizes of arrays in native/revolution/sums.h. `MOST` numbers are whole vectors of the C code."""
+ORDERS, MOST_POINTS, RULES = 6, 64, 12
+"""Sizes of arrays in native/revolution/sums.h. `MOST_POINTS` numbers are whole vectors of the C
+code."""
 LOADS = ((0, 0), (0, 1), (1, 0), (1, 1), (2, 2))
 """Component of u and of the load that each row has, of native/revolution/ring.h."""
 STRESSES = (
@@ -56,8 +57,10 @@ def _quadrature(tolerance: float, of_stress: bool) -> Array:
         points[:, order, : len(counts)] = counts, axes + 1.0 / axes
         for count in counts.tolist():
             add_points(rule_of(order), order, count)
-    table = np.full((MOST + 1, 2, MOST), [[0.5], [0.0]])  # whole vectors, filled up with nothing
-    for count in range(1, MOST + 1):
+    table = np.full(
+        (MOST_POINTS + 1, 2, MOST_POINTS), [[0.5], [0.0]]
+    )  # whole vectors, filled up with nothing
+    for count in range(1, MOST_POINTS + 1):
         table[count, :, :count] = _gauss(count)
     near = [math.ceil(2.0 * digits + 2.0), digits - 3.0, digits / 6.0, math.ceil(digits + 3.0)]
     near = [20.0, 22.0, 3.0, 18.0] if of_stress else near
@@ -133,7 +136,7 @@ def ring_stress(kernel: Any, targets: Targets, elements: Elements) -> tuple[Arra
 def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
     """2µ u (5, m) and stress (10, m) at points (m, 2) by forces 1 on the ring through a point (2,),
     rows by `LOADS` and `STRESSES`."""
-    points = np.zeros((2, len(x) + -len(x) % MOST))
+    points = np.zeros((2, len(x) + -len(x) % MOST_POINTS))
     points[:, : len(x)] = x.T
     result = np.empty((len(LOADS) + len(STRESSES), points.shape[1]))
     forces = native.function("petcontact_ring_forces", "ipdddp")

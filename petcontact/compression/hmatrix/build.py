@@ -20,7 +20,7 @@ _build = native.function("petcontact_hmatrix_build", "ppiipp" + "p")
 
 CHUNK = 1 << 24
 """Number of entries in one piece of memory."""
-MOST = 160
+MOST_CROSSES = 160
 """Largest number of crosses in a block of low rank. A block that needs more is divided."""
 KNOWN = 100_000
 """Largest number of entries of a block of low rank that is computed whole. For small blocks calls
@@ -171,7 +171,7 @@ class _Builder:
         m, n = self.d * tiles[:, 1], self.d * tiles[:, 3]
         beside, most, length = (
             self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]],
-            MOST,
+            MOST_CROSSES,
             self.layout.length,
         )
         low_rank, n = most * (length(m) + length(n, beside)), n + beside

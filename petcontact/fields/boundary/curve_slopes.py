@@ -10,7 +10,7 @@ from ...mesh.curve_mesh import CurveMesh
 from ..joints import runs_on
 from .gradients import tangents
 
-MOST, BEYOND = 5, 2
+MOST_POINTS, BEYOND = 5, 2
 """Largest number of points on an element, and on each of its neighbours."""
 CHUNK = 1 << 16
 """Number of places that are evaluated at once."""
@@ -43,7 +43,7 @@ class CurveSlopes:
         joined_after = (label == label[after]) & (mesh.part == mesh.part[after]) & runs_on(mesh)
         joined_before = joined_after[before] & (before != np.arange(mesh.n_elements))
         count, half = mesh.n_elements, 0.5 * mesh.length
-        self._s = np.full((count, MOST + 2 * BEYOND), np.nan)
+        self._s = np.full((count, MOST_POINTS + 2 * BEYOND), np.nan)
         self._slope = np.zeros((*self._s.shape, values.shape[1]))
         # the places nearest to the ends of each element: distance from the end, and slope
         distance = np.full((2, count, BEYOND), np.nan)
@@ -70,7 +70,7 @@ class CurveSlopes:
             )
         # an only neighbour gives two points, else each gives one
         for k in range(BEYOND):
-            first, last = MOST + k, MOST + BEYOND + k
+            first, last = MOST_POINTS + k, MOST_POINTS + BEYOND + k
             use_before = joined_before & ~(joined_after & (k > 0))
             use_after = joined_after & ~(joined_before & (k > 0))
             self._s[:, first] = np.where(use_before, -half - distance[1, before, k], np.nan)

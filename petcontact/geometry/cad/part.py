@@ -25,7 +25,7 @@ from .projection import projector
 
 LARGEST = 500_000_000
 """Bytes of a CAD file."""
-MOST = 5e6
+MOST_CELLS = 5e6
 """Cells of a mesh."""
 END = b"$EndElements\n"
 """Of a mesh file."""
@@ -138,12 +138,12 @@ class CadSurface(SolidSurface):
         """
         size = size or self.usual_size
         cells = 4.0 / 3.0**0.5 * self.area / size / size
-        if cells > MOST:
-            enough = 1.1 * size * float(cells / MOST) ** 0.5
+        if cells > MOST_CELLS:
+            enough = 1.1 * size * float(cells / MOST_CELLS) ** 0.5
             raise InputError(
                 f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about "
                 f"{cells:.2g}, "
-                f"{MOST:.0e} at most are made; a size of {enough:.2g} will do"
+                f"{MOST_CELLS:.0e} at most are made; a size of {enough:.2g} will do"
             )
         ask(self.file, target=str(target), parts=self._numbers, size=size, order=order)
         with open(target, "rb") as file:

@@ -38,7 +38,7 @@ from .surface_errors import TailErrors
 FEWEST = 8
 """A body with fewer elements is not solved again on half as many: the difference would not show the
 error."""
-MOST = 100
+MOST_ITERATIONS = 100
 """Largest number of iterations of an increment on another mesh. 3 to 20 are usual; a solve that
 takes more does not show the error."""
 
@@ -154,7 +154,7 @@ def by_newton(problem: Problem, **options: Any) -> Problem:
 
 def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution:
     """Return the solution of the same problem, with the same increments, on other meshes."""
-    problem = by_newton(solution.problem, max_iterations=MOST)
+    problem = by_newton(solution.problem, max_iterations=MOST_ITERATIONS)
     prepared = prepare(problem, comm, discretise(problem, make, law))
     # take the same increments as the solution
     prepared.factors = known_factors(solution)

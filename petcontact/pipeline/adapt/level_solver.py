@@ -23,7 +23,7 @@ from ..run import prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.load_steps import known_factors
 from .budget import USELESS
-from .fixed_mesh import MOST, by_newton
+from .fixed_mesh import MOST_ITERATIONS, by_newton
 from .other_orders import FEW
 from .strategy import Strategy
 
@@ -149,7 +149,9 @@ class LevelSolver:
         if last is not None:  # contact sets may cycle without end
             needed = max((step.iterations for step in last.steps), default=0)
             method = method.model_copy(
-                update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))}
+                update={
+                    "max_iterations": min(method.max_iterations, max(MOST_ITERATIONS, 10 * needed))
+                }
             )
         discrete = replace(
             discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method})

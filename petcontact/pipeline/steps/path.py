@@ -28,7 +28,7 @@ from .halves import PATH_ERROR, touching
 from .increment import PreparedProblem
 from .load_steps import increments, state_after, whole_step
 
-MOST = 2000
+MOST_NODES = 2000
 """Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
 a step costs more than the assembly of the bodies."""
 UNNAMED = 16
@@ -52,7 +52,7 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
         return solution
     jointly = any(body.is_solved_jointly for body in problem.system.bodies)
     with options(problem.discrete.problem.petsc):
-        costly = jointly and problem.system.size > MOST
+        costly = jointly and problem.system.size > MOST_NODES
         paths = None if costly else _other_paths(problem, solution, number)
     solution = replace(solution, paths=paths or ())
     error, text = (np.nan, "") if paths is None else _largest(problem, solution, number)

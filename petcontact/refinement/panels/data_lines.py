@@ -24,7 +24,7 @@ from ..known_data import gap_edges, given_data
 ALONG = 128
 """Number of points along an edge of a gap. They are closer than half of the strip beside it in
 which errors fade out."""
-MOST = 16
+MOST_LINES = 16
 """Largest number of lines along one axis of a face; data with more lines are rough everywhere."""
 
 
@@ -86,7 +86,7 @@ def _(box: BoxSurface, part: str, gap: Value) -> list[Array]:
     if not (callable(gap) or (isinstance(gap, str) and math.isinf(degree(gap)))):
         return []
     points = np.vstack([_jumps(gap, box, part, k) for k in (0, 1)])
-    return [points] if 0 < len(points) <= MOST * ALONG else []
+    return [points] if 0 < len(points) <= MOST_LINES * ALONG else []
 
 
 def _jumps(gap: Value, box: BoxSurface, part: str, axis: int) -> Array:
@@ -135,7 +135,7 @@ def _across(value: Value, box: BoxSurface, part: str, axis: int) -> Array:
     twice = ends[1:][np.diff(ends) < TOLERANCE]
     lines = distinct(twice, TOLERANCE, 1.0)
     lines = lines[(lines > 0.0) & (lines < 1.0)]
-    return lines if len(lines) <= MOST else np.empty(0)
+    return lines if len(lines) <= MOST_LINES else np.empty(0)
 
 
 def _variables(

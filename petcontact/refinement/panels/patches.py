@@ -27,7 +27,7 @@ AROUND = (1.25, 1.5, 2.0)
 """Distances from the centre over that of the edge [-]. Panels within one of them may be a patch;
 the first one with a good rim is taken. The rectangle on a face of a box has half sides of the
 second one, and reaches to the rim of the face where this is nearer than the third."""
-MOST = 40
+MOST_PIECES = 40
 """Largest number of panels around a zone, and of sectors of a rim."""
 
 
@@ -219,7 +219,7 @@ def _panels_around(
         on_part = np.flatnonzero(panels.part == number)
         away = np.full(panels.n_elements, np.inf)
         away[on_part] = _distance(zone, panels, on_part)
-        if np.count_nonzero(away < AROUND[0]) > MOST:
+        if np.count_nonzero(away < AROUND[0]) > MOST_PIECES:
             return
         for near in (away < limit for limit in AROUND):
             if _rim(zone, panels, np.flatnonzero(near), sector) is not None:
@@ -313,7 +313,7 @@ def _rim(
         pieces[(span / pieces).argmax()] *= 2
     if pieces.sum() % 2:  # opposite sides of the inner grid have equal counts
         pieces[np.where(pieces == 1, span, 0.0).argmax()] = 2
-    if pieces.sum() > MOST:
+    if pieces.sum() > MOST_PIECES:
         return None
     t = np.concatenate([np.arange(2 * count)[:, None] / (2 * count) for count in pieces.tolist()])
     start, middle, stop = np.repeat(loop, 2 * pieces, axis=1)

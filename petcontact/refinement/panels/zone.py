@@ -14,9 +14,9 @@ STRAY = 0.1
 STRIP = 0.04
 """Half the width of this strip over the radius [-]: one row of nodes there may be open or
 closed."""
-LEAST, MOST = 0.15, 0.9
+SMALLEST, FARTHEST = 0.15, 0.9
 """Limits of a stick zone that gets rings, over the radius of the contact [-]: its radius is at
-least `LEAST`, and it reaches at most `MOST` from the centre."""
+least `SMALLEST`, and it reaches at most `FARTHEST` from the centre."""
 ELONGATED = 3.0
 """Largest ratio of the axes of an ellipse [-]."""
 
@@ -143,7 +143,7 @@ def stick_of(
     stray = total - np.sum(np.where(sticks, area, -area)[inside]) > STRAY * total
     return (
         None
-        if stray or radius < LEAST or radius + np.linalg.norm(middle) > MOST
+        if stray or radius < SMALLEST or radius + np.linalg.norm(middle) > FARTHEST
         else ContactEllipse(zone.centre + zone.axes @ middle, radius * zone.axes)
     )
 
