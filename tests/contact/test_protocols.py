@@ -16,12 +16,10 @@ from reduced_system import ReducedSystem, coulomb
 
 import petcontact.contact
 from petcontact import InputError, Method
-from petcontact.contact.active_set.pivots import next_tau
 from petcontact.contact.criterion import Criterion, displaced_by, natural_residuals
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.law_protocol import OPEN, SLIP, STICK, bound_excess
 from petcontact.contact.laws import Tresca
-from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.projection import Projection
 from petcontact.contact.methods.registry import ContactNodes, law_of, method_of
@@ -202,16 +200,6 @@ def test_equilibrium_is_to_round_off_or_refused(beyond, holds):
         if holds:
             assert np.abs(system.modes.unbalanced(state.sigma)).max() <= 1e-10
             assert bound_excess(law, state.sigma) <= 1e-6
-
-
-def test_open_nodes_that_overlap_are_on_the_wrong_side_however_large_the_guess_was():
-    """Without tractions ρv is small beside the guess of other loads, of which a share stands for
-    round-off."""
-    law = coulomb(2, 0.0)
-    open_ = Linearisation.from_law(law, np.array([[0.0, -1e3], [0.0, -1e3]]))
-    v = np.array([[0.0, 1e-7], [0.0, -0.6]])
-    tau = next_tau(open_, law, np.zeros((2, 2)), v, 1e-11, 1e-12)[0]
-    assert law.states(tau).tolist() == [SLIP, OPEN]
 
 
 def test_residuals_are_of_each_pair_by_its_own_tractions():

@@ -18,12 +18,10 @@ from petcontact import (
     solve,
 )
 from petcontact.errors import PetcontactError, SolverError
-from petcontact.geometry.outline import as_outline
 from petcontact.geometry.round_surfaces import CylinderSurface
-from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import round_mesh
 from petcontact.pipeline.adapt import fixed_mesh
-from petcontact.pipeline.adapt.fixed_mesh import joined, with_estimate
+from petcontact.pipeline.adapt.fixed_mesh import with_estimate
 from petcontact.pipeline.adapt.level_solver import LevelSolver
 from petcontact.pipeline.adapt.other_orders import other_order, whole_error
 from petcontact.results.evaluated import displacement_scale
@@ -43,18 +41,6 @@ def test_error_of_constant_elements(number, h, comm, request):
     true = np.sqrt(weight @ (solution.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
     assert 0.4 < true / solution.accuracy.error < 1.5
     assert "against half as many elements" in solution.verdict()
-
-
-def test_pairs_are_joined_from_both_ends_and_what_is_odd_lies_in_the_middle():
-    """So the estimate does not depend on where a side begins, and sees the ends, where errors are
-    largest."""
-    outline = as_outline(example(1).geometry.outline(), "a test")
-    mesh = mesh_outline(outline, MeshOptions(element_size=8.0 / 5.0))
-    coarse = joined(mesh, outline)
-    assert mesh.n_elements == 5 + 3 + 5 + 3
-    np.testing.assert_allclose(coarse.length, 2 * [3.2, 1.6, 3.2, 4.0])
-    coarse = joined(mesh_outline(outline, MeshOptions(element_size=8.0 / 7.0)), outline)
-    np.testing.assert_allclose(coarse.length * 7.0 / 8.0, 2 * [2.0, 3.0, 2.0, 1.75, 1.75])
 
 
 @pytest.mark.parametrize("known", [True, False])

@@ -181,16 +181,6 @@ def test_fields_are_kept_where_they_are_asked_for(tmp_path, keep, comm):
             read_case(tmp_path / name)
 
 
-def test_only_leaves_the_rest_and_the_table_grows(small, tmp_path):
-    first = quietly(small, tmp_path / "out", only=["*-rho1-*"])
-    assert (first.computed, first.reused) == (4, 0)
-    second = quietly(small, tmp_path / "out", only=["*modified*"])
-    assert (second.computed, second.reused) == (2, 2)
-    with h5py.File(tmp_path / "out" / "results.h5") as results:
-        assert len(results["cases/id"]) == 6
-    assert read_case_table(tmp_path / "out").status.count("missing") == 2
-
-
 @pytest.mark.slow
 def test_parts_share_a_folder_and_its_table(small, tmp_path, computed):
     parts = [quietly(small, tmp_path / "out", part=(k, 3)) for k in (1, 2, 3)]

@@ -10,7 +10,7 @@ from examples import example
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from prepared import Posed
-from reduced_system import ReducedSystem, coulomb
+from reduced_system import ReducedSystem
 
 import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
@@ -68,16 +68,6 @@ def test_a_body_that_all_slips_both_ways_is_held_where_its_slip_turns(m, seed, p
     assert state.converged and len(state.history) <= 8, state.reason
     satisfies(matrix, base[:, 0] + state.alpha, bound, state.sigma[:, 0], state.v[:, 0])
     assert np.isclose(state.sigma.sum(), -load, atol=1e-9)
-
-
-def test_a_start_without_tractions_says_by_its_overlaps_what_is_closed():
-    each = np.ones(6)
-    overlaps = np.column_stack([0.01 * each, [1.0, 2.0, 3.0, -1.0, -2.0, -3.0]])
-    system = ReducedSystem(overlaps, np.eye(12), each)
-    iteration = Iteration(Criterion(1e-10), 50, start=(overlaps, 0.0 * overlaps))
-    state = SemismoothNewton(False)(system, coulomb(6, 0.3), iteration)
-    assert state.converged and state.history.exchanged == [0]
-    assert np.allclose(state.sigma[:, 1], np.minimum(-overlaps[:, 1], 0.0))
 
 
 @pytest.mark.parametrize("number", [1, 2])

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from sweep_files import CONFIGS, sweep_file, sweep_of
 
 from petcontact.errors import InputError
-from petcontact.model.case import read_toml
 from petcontact.sweep.design import sweep_file as module
-from petcontact.sweep.design.axes import names_of, short_number, speaking
+from petcontact.sweep.design.axes import short_number
 from petcontact.sweep.design.sweep import Sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 
@@ -75,33 +74,6 @@ def test_loads_of_parts_and_bodies_have_speaking_names(tmp_path):
     ]
     assert sweep.ids[1] == f"example1-{left}.value.x400-{right}.value2-frictionbound100"
     assert (left, right) == ("left", "right")
-
-
-def test_names_of_bodies_pairs_and_steps_stand_for_their_numbers():
-    data = read_toml(CONFIGS / "lap_joint.toml")
-    keys = {
-        "contact.0.friction_coefficient": f"{data['contact'][0]['name']}.friction_coefficient",
-        "body.0.material.young_modulus": f"{data['body'][0]['name']}.material.young_modulus",
-        "contact.7.gap": "contact.7.gap",
-        "title": "title",
-    }
-    assert {key: speaking(key, data) for key in keys} == keys
-    step = {"name": "press", "boundary": [{"body": "upper", "part": "top", "value": [0.0, -1.0]}]}
-    assert speaking("step.0.boundary.0.value.1", {"step": [step]}) == "press.upper.top.value.y"
-    body = {"name": "low", "boundary": [{"part": "left", "value": [1, 2, 3]}]}
-    assert speaking("body.0.boundary.0.value.0", {"body": [body]}) == "low.left.value.x"
-    # a name of a column is no path in an HDF5 file
-    assert speaking("contact.0.gap", {"contact": [{"name": "hub / shaft"}]}) == "hub-shaft.gap"
-    # two pairs, and two problems that call them differently
-    pairs = [
-        {"contact": [{"name": a}, {"name": b}]} for a, b in (("front", "rear"), ("left", "right"))
-    ]
-    both = [f"contact.{k}.friction_coefficient" for k in (0, 1)]
-    assert list(names_of(both, pairs[:1]).values()) == [
-        "front.friction_coefficient",
-        "rear.friction_coefficient",
-    ]
-    assert list(names_of(both, pairs).values()) == both
 
 
 def test_a_key_may_be_given_a_name(tmp_path):

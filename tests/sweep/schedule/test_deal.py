@@ -70,17 +70,6 @@ def test_the_dearest_group_is_begun_first_and_one_team_takes_group_after_group(t
     assert make_parts(np.zeros(0, int), np.zeros(3, int), costs_of(case, prepare), 4) == []
 
 
-def test_a_group_is_not_prepared_again_for_less_than_its_preparation(tmp_path):
-    case, prepare = [0.1], [5.0]
-    for size, teams_at_work in ((40, 1), (2000, 4)):
-        parts, group = parts_of([size], case, prepare, 4)
-        folder = tmp_path / str(size)
-        folder.mkdir()
-        batches, clocks = dealt_out(folder, parts, group, case, prepare, 4)
-        assert sum(map(bool, batches)) == teams_at_work
-        assert clocks.max() <= 5.0 + 0.1 * size
-
-
 def test_teams_end_near_together_though_costs_are_wrong_by_half(tmp_path):
     rng = np.random.default_rng(0)
     sizes, prepare = [1250] * 8, [0.0] * 8
