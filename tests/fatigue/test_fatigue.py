@@ -35,51 +35,41 @@ def test_uniform_stress_in_the_plane():
     assert np.abs(one.normal[:, 0]) == pytest.approx(1.0, abs=1e-5)
 
 
-def solved(size):
+@pytest.fixture(scope="module")
+def fretting(tmp_path_factory):
+    """A solution, and its file."""
     steps = {f"step.{k}.increments": 1 for k in (1, 2, 3)}
-    return solve(load(CONFIG, {"body.0.mesh.element_sizes.top": size, **steps}))
-
-
-@pytest.fixture(scope="module")
-def fretting():
-    return solved(0.1)
-
-
-@pytest.fixture(scope="module")
-def coarse(tmp_path_factory):
+    solution = solve(load(CONFIG, {"body.0.mesh.element_sizes.top": 0.25, **steps}))
     path = tmp_path_factory.mktemp("fretting") / "f.h5"
-    solved(0.25).save(path)
-    return path
+    solution.save(path)
+    return solution, path
 
 
-@pytest.mark.slow
 def test_ruiz_is_friction_work_and_tension(fretting):
     """Between the two ends of a cycle δ is half the way; both sides of the interface have the same
     work."""
-    first = fatigue(fretting, "ruiz-1", first="pull", last="push again")
-    a, b = (step.pairs["interface"] for step in fretting.steps[-2:])
-    work = (
-        0.5 * np.abs(a.slip - b.slip)[:, 0] * np.maximum(np.abs(a.sigma_t), np.abs(b.sigma_t))[:, 0]
+    solution, _ = fretting
+    first, second = (
+        fatigue(solution, name, first="pull", last="push again") for name in ("ruiz-1", "ruiz-2")
     )
+    a, b = (step.pairs["interface"] for step in solution.steps[-2:])
+    way, shear = 0.5 * np.abs(a.slip - b.slip)[:, 0], [np.abs(x.sigma_t)[:, 0] for x in (a, b)]
+    work = way * np.maximum(*shear)
     lower, upper = first.found
-    assert (lower.sites.body, upper.sites.body) == ("lower", "upper")
+    assert (lower.sites.body, upper.sites.body) == ("lower", "upper") and work.max() > 1e-4
     assert lower.value == pytest.approx(work) and upper.value == pytest.approx(work)
-    assert work.max() > 1e-4
-    second = fatigue(fretting, "ruiz-2", first="pull", last="push again")
-    nodes = fretting.nodes["interface"]
-    tension = [fretting.stress_on_boundary("lower", step)[nodes, 0] for step in fretting.steps[-2:]]
-    moments = [
-        np.maximum(s, 0.0) * np.abs(pair.sigma_t[:, 0]) * 0.5 * np.abs(a.slip - b.slip)[:, 0]
-        for s, pair in zip(tension, (a, b), strict=True)
-    ]
-    assert second.found[0].value == pytest.approx(np.max(moments, axis=0))
+    nodes = solution.nodes["interface"]
+    tension = [solution.stress_on_boundary("lower", step)[nodes, 0] for step in solution.steps[-2:]]
+    moments = [np.maximum(s, 0.0) * q * way for s, q in zip(tension, shear, strict=True)]
+    found = second.found[0]
+    assert found.value == pytest.approx(np.max(moments, axis=0))
     # where slip is largest and the surface is pulled: at the edges
-    assert abs(abs(second.found[0].sites.x[second.found[0].value.argmax(), 0]) - 0.7) < 0.1
+    assert abs(abs(found.sites.x[found.value.argmax(), 0]) - 0.7) < 0.1
 
 
-def test_the_command(coarse, tmp_path, capsys, monkeypatch):
+def test_the_command(fretting, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    cycle = ["fatigue", str(coarse), "--first", "pull", "--last", "push again"]
+    cycle = ["fatigue", str(fretting[1]), "--first", "pull", "--last", "push again"]
     words = "--parameter crossland --sensitivity 0.3 --limit 0.2 --body lower --depth 0.2"
     assert main([*cycle, *f"{words} -o out.csv --figure out.svg".split()]) == 0
     said = capsys.readouterr().out
@@ -117,7 +107,7 @@ def test_the_command(coarse, tmp_path, capsys, monkeypatch):
         (["-o", "out.txt"], "written as .csv"),
     ],
 )
-def test_mistakes_are_one_line(coarse, capsys, words, message):
-    assert main(["fatigue", str(coarse), *words]) == 2
+def test_mistakes_are_one_line(fretting, capsys, words, message):
+    assert main(["fatigue", str(fretting[1]), *words]) == 2
     said = capsys.readouterr().err
     assert message in said and said.count("\n") == 1
