@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from shapes import closing, drawn, elastic, moved, problem, rectangle
 
-from petcontact import Contact, Displacement, Material, Problem, Rectangle, Traction
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.curve_building import build_mesh
 from petcontact.refinement.known_data import fields, resolved
@@ -15,17 +15,14 @@ from petcontact.refinement.marks import GradedOutline
 from petcontact.refinement.panels.data_lines import gap_edges
 
 
-def block(friction_bound: float | str, pressure: float | str = 0.0) -> Problem:
+def block(friction_bound, pressure=0.0):
     """8 long, 4 high."""
-    return Problem(
-        material=Material(young_modulus=10_000.0, poisson_ratio=0.3),
-        geometry=Rectangle(lower_left=(0, 0), upper_right=(8, 4)),
-        boundary=(
-            Contact(part="bottom", friction_bound=friction_bound),
-            Displacement(part="top", value=(0.0, 0.0)),
-            Traction(part="left", value=(0.0, 0.0)),
-            Traction(part="right", pressure=pressure),
-        ),
+    sides = closing("bottom", friction_bound=friction_bound), moved("top", [0.0, 0.0])
+    pressed = {"part": "right", "condition": "traction", "pressure": pressure}
+    return problem(
+        material=elastic(10_000.0, 0.3),
+        geometry=rectangle([0, 0], [8, 4]),
+        boundary=[*sides, drawn("left", [0.0, 0.0]), pressed],
     )
 
 
@@ -46,8 +43,8 @@ def block(friction_bound: float | str, pressure: float | str = 0.0) -> Problem:
     ],
 )
 def test_kinks_and_jumps_of_the_data_are_located(bound, expected):
-    problem = block(bound)
-    body = GradedOutline.from_body(problem.body[0], problem.geometry.outline())
+    posed = block(bound)
+    body = GradedOutline.from_body(posed.body[0], posed.geometry.outline())
     assert body.kinks[0] == pytest.approx(expected, abs=1e-9)
     assert all(len(body.kinks[k]) == 0 for k in (1, 2, 3))
 
@@ -79,9 +76,9 @@ def test_smooth_peaks_of_any_width_are_resolved(text, primitive, width):
     """The integral of the polynomials through the nodes is the analytic one."""
     if width == 1e-8 and "5.42" in text:
         pytest.skip("the expression itself is lost in round-off there")
-    problem = block(50.0, text.format(w=width))
-    outline = problem.geometry.outline()
-    data = fields(problem.body[0], outline)
+    posed = block(50.0, text.format(w=width))
+    outline = posed.geometry.outline()
+    data = fields(posed.body[0], outline)
     assert [len(row) for row in data] == [0, 1, 0, 0]
     breaks, orders, missed = resolved(np.linspace(0.0, 1.0, 5), np.full(4, 1), data[1], 1e-4)
     assert missed == 0.0 and breaks[0] == 0.0 and breaks[-1] == 1.0
@@ -104,8 +101,8 @@ def test_smooth_peaks_of_any_width_are_resolved(text, primitive, width):
     ],
 )
 def test_polynomials_need_the_order_of_their_degree_and_no_more(text, degree):
-    problem = block(text)
-    field = fields(problem.body[0], problem.geometry.outline())[0][0]
+    posed = block(text)
+    field = fields(posed.body[0], posed.geometry.outline())[0][0]
     assert field.degree == degree
     ends = np.linspace(0.0, 1.0, 5)
     if math.isfinite(degree):
@@ -118,9 +115,9 @@ def test_a_polynomial_is_not_searched_for_narrow_features():
     nested = "0.1"
     for k in range(16):
         nested = f"{(-1.0) ** k / (k + 2)} + (0.5*y - 1)*({nested})"
-    problem = block(80.0, nested)
-    (outline,) = problem.boundaries
-    ((field,),) = [found for found in fields(problem, outline) if found]
+    posed = block(80.0, nested)
+    (outline,) = posed.boundaries
+    ((field,),) = [found for found in fields(posed, outline) if found]
     assert field.degree == 16 and len(field.samples) == 4 * 16**2 and not field.switches.size
 
 
