@@ -13,6 +13,7 @@ from scipy.integrate import quad
 
 import petcontact.reference
 from petcontact.reference.cattaneo_mindlin import LinePartialSlip, PointPartialSlip
+from petcontact.reference.half_plane import elliptic_load
 from petcontact.reference.hertz import LineContact, PointContact
 from petcontact.reference.lame import Cylinder, RotatingDisc, Sphere
 from petcontact.reference.spence import stick_ratio_in_the_plane, stick_ratio_of_a_circle
@@ -108,3 +109,28 @@ def test_equilibrium_and_hookes_law(body):
     third = st if isinstance(body, Sphere) else nu * (sr + st) if body.plane == "strain" else 0.0
     assert np.allclose(strain_t, (st - nu * (sr + third)) / young, atol=1e-9)
     assert np.allclose(strain_r, (sr - nu * (st + third)) / young, atol=1e-8)
+
+
+def test_pressures_carry_the_load():
+    a, r = LINE.half_width, POINT.contact_radius
+    assert quad(lambda x: at(LINE.pressure, x), -a, a)[0] == pytest.approx(LINE.load, rel=1e-7)
+    assert quad(lambda s: 2.0 * np.pi * s * at(POINT.pressure, s), 0.0, r)[0] == pytest.approx(
+        POINT.load, rel=1e-7
+    )
+    assert at(LINE.pressure, 1.01 * a) == at(POINT.pressure, 1.01 * r) == 0.0
+
+
+def test_half_plane_is_in_equilibrium():
+    """div σ = 0 and Hooke's law inside, by differences."""
+    x, h, nu, load = np.array([[0.3, -0.4], [-1.2, -0.7]]), 1e-4, 0.3, 1.0 + 0.4j
+    ahead = [
+        (elliptic_load(x + h * e, load, 1.0, nu), elliptic_load(x - h * e, load, 1.0, nu))
+        for e in np.eye(2)
+    ]
+    d = [[(p - m) / (2.0 * h) for p, m in zip(*pair, strict=True)] for pair in ahead]
+    assert np.allclose(d[0][1] + d[1][3], 0.0, atol=1e-6)
+    assert np.allclose(d[0][3] + d[1][2], 0.0, atol=1e-6)
+    _, xx, yy, xy = elliptic_load(x, load, 1.0, nu)
+    assert np.allclose(d[0][0].real, xx - nu * (xx + yy), atol=1e-6)
+    assert np.allclose(d[1][0].imag, yy - nu * (xx + yy), atol=1e-6)
+    assert np.allclose(0.5 * (d[1][0].real + d[0][0].imag), xy, atol=1e-6)
