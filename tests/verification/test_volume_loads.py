@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import closing, drawn, elastic, problem, rectangle, rollers, solid, touching
+from shapes import closing, drawn, elastic, moved, problem, rectangle, rollers, solid, touching
 
 from petcontact import InputError, read_result, solve
 
@@ -141,6 +141,16 @@ def test_a_solution_has_the_polynomials_that_it_was_solved_with(monkeypatch, tmp
     again = read_result(tmp_path / "r.h5").stress_at(points)
     monkeypatch.setattr("petcontact.results.evaluated.volume_solution", None)
     assert np.array_equal(solution.stress_at(points), again)
+
+
+def test_even_heat_in_a_clamped_block():
+    """-EαT/(1-2ν) everywhere, on the boundary as inside."""
+    held = [moved(part, [0, 0]) for part in ("left", "right", "top")]
+    clamped = heated(40.0, [closing("bottom"), *held], order=2)
+    state = clamped.state_at([[0.0, 0.3], [1.3, 1.0], [1.0, 0.5]])
+    pressed = -E * ALPHA * 40.0 / 0.4
+    assert np.allclose(state.stress, [pressed, pressed, 0.0], rtol=1e-11, atol=1e-11 * -pressed)
+    assert np.allclose(state.sigma_zz, pressed, rtol=1e-11)
 
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
