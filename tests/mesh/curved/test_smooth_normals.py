@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import elastic, moved, problem
 
-from petcontact import Problem
-from petcontact.model.base import parse
 from petcontact.pipeline.pose.discretise import discretise
 
 
@@ -35,16 +34,13 @@ def error(mesh, part, true) -> tuple[float, float]:
 
 def revolved(loops, size, order=2):
     parts = {side["part"] for side in loops} - {"axis"}
-    boundary = [
-        {"part": part, "condition": "displacement", "value": [0.0, 0.0, 0.0]} for part in parts
-    ]
-    body = {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-        "geometry": {"shape": "revolved", "loops": [loops]},
-        "mesh": {"element_size": size, "order": order},
-        "boundary": boundary,
-    }
-    return discretise(parse(Problem, body, "test")).meshes[0]
+    body = problem(
+        material=elastic(1.0, 0.3),
+        geometry={"shape": "revolved", "loops": [loops]},
+        mesh={"element_size": size, "order": order},
+        boundary=[moved(part, [0.0, 0.0, 0.0]) for part in parts],
+    )
+    return discretise(body).meshes[0]
 
 
 CAN = [

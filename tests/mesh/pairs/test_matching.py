@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import problem, solid
 
-from petcontact import Problem
 from petcontact.mesh.pairs import curves
 from petcontact.mesh.pairs.curves import Curves
-from petcontact.model.base import parse
 from petcontact.pipeline.judge.thickness import slenderness
 from petcontact.pipeline.pose.discretise import discretise
 
@@ -19,18 +18,12 @@ def test_a_thin_ring_keeps_elements_that_bend_whichever_side_is_collocated(thin)
 
     def body(name, size, **radii):
         circles = [{"part": k, "center": [0.0, 0.0], "radius": r} for k, r in radii.items()]
-        return {
-            "name": name,
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-            "mesh": {"element_size": size, "order": 2},
-            "geometry": {"shape": "outline", "loops": circles},
-        }
+        shape = {"shape": "outline", "loops": circles}
+        return solid(name, shape, mesh={"element_size": size, "order": 2})
 
     bodies = [body("ring", 0.12, outside=1.0, inside=0.88), body("core", 0.9, rim=0.88)]
-    other = "secondary" if thin == "primary" else "primary"
-    contact = {"name": "fit", thin: "ring.inside", other: "core.rim"}
-    problem = parse(Problem, {"body": bodies, "contact": [contact]}, "test")
-    ring, core = discretise(problem).meshes
+    sides = {thin: "ring.inside", {"primary": "secondary"}.get(thin, "primary"): "core.rim"}
+    ring, core = discretise(problem(body=bodies, contact=[{"name": "fit", **sides}])).meshes
     assert slenderness(ring).max() < 1.5
     on = [
         np.sort(mesh.corners[mesh.part == part][:, 0, 0]) for mesh, part in ((ring, 1), (core, 0))
