@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import pytest
+from shapes import closing, drawn, elastic, moved, problem, rectangle
 
-from petcontact import Circle, InputError, MeshOptions, Problem, Rectangle, SideBySide, adapt, solve
+from petcontact import Circle, InputError, SideBySide, adapt, solve
 from petcontact.bem.compatibility import check_compatible
 
-MATERIAL = {"young_modulus": 100.0, "poisson_ratio": 0.3}
 
-
-def problem(left, geometry=None, **contact):
-    return Problem(
-        material=MATERIAL,
-        geometry=geometry or Rectangle(lower_left=(0, 0), upper_right=(4, 2)),
-        mesh=MeshOptions(element_size=0.5),
+def posed(left, geometry=None, **contact):
+    return problem(
+        material=elastic(100.0, 0.3),
+        geometry=geometry or rectangle((0, 0), (4, 2)),
+        mesh={"element_size": 0.5},
         boundary=[
-            {"part": "bottom", "condition": "contact", "friction_bound": 1.0, **contact},
-            {"part": "left", "condition": "displacement", "value": left},
-            {"part": "right", "condition": "traction", "value": (0, 0)},
-            {"part": "top", "condition": "traction", "value": (0, -1)},
+            closing("bottom", friction_bound=1.0, **contact),
+            moved("left", left),
+            drawn("right", (0, 0)),
+            drawn("top", (0, -1)),
         ],
     )
 
@@ -32,7 +31,7 @@ def test_a_displacement_into_the_contact_is_refused_in_one_line(run, value):
     with pytest.raises(
         InputError, match=r"^boundary\[1\] \(left\)\.value: has u·n = \S+ at \(0, 0\), .* 'bottom'"
     ) as error:
-        run(problem(value))
+        run(posed(value))
     assert "\n" not in str(error.value)
 
 
@@ -49,7 +48,7 @@ def test_a_displacement_into_the_contact_is_refused_in_one_line(run, value):
 )
 def test_what_is_compatible_or_cannot_be_known_is_taken(value, more):
     """Only contact without a gap that holds both ways counts."""
-    given = problem(value, **more)
+    given = posed(value, **more)
     check_compatible(given.geometry.outline(), given.body[0])
 
 
@@ -64,7 +63,7 @@ def test_arcs_have_the_normal_of_their_ends(value, fits):
         {"part": "left", "to": (-1, 0), "through": (0, 1)},
     ]
     ring = Circle(part="hole", center=(0, 0), radius=0.5)
-    given = problem(value, SideBySide(loops=(halves, ring)))
+    given = posed(value, SideBySide(loops=(halves, ring)))
     if fits:
         check_compatible(given.geometry.outline(), given.body[0])
     else:

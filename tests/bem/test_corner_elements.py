@@ -4,22 +4,21 @@ nearly 180°."""
 from __future__ import annotations
 
 import math
-import tomllib
+from typing import Any
 
 import numpy as np
 import pytest
 from marks import slow
-from shapes import elastic, moved
+from shapes import closing, elastic, moved, problem
 
 from petcontact import adapt, solve
-from petcontact.model.base import parse
 from petcontact.model.problem import Problem
 from petcontact.results.solution import read_result
 
 YOUNG, RATIO, LENGTH = 3.0, 0.3, 2.0
 
 
-def wedge(degrees: float) -> tuple[Problem, float, float]:
+def wedge(degrees: float, **more: Any) -> tuple[Problem, float, float]:
     """A body around the corner with the leading term of Williams' series as its displacement; λ,
     and u_r at r = 1, θ = 0.
 
@@ -38,26 +37,26 @@ def wedge(degrees: float) -> tuple[Problem, float, float]:
     r = f"hypot(x, y)**{power - 1.0!r}"
     value = [f"{r}*({f}*x - {g}*y)", f"{r}*({f}*y + {g}*x)"]
     right, up = LENGTH * math.sin(0.5 * angle), LENGTH * math.cos(0.5 * angle)
-    data = {
-        "material": elastic(YOUNG, RATIO),
-        "geometry": {
-            "shape": "polygon",
-            "parts": ["first", "right", "top", "left", "second"],
-            "vertices": [[0.0, 0.0], [right, up], [right, 2.0], [-right, 2.0], [-right, up]],
-        },
-        "boundary": [
-            *({"part": part, "condition": "contact"} for part in ("first", "second")),
-            *(moved(part, value) for part in ("right", "top", "left")),
-        ],
+    corner = {
+        "shape": "polygon",
+        "parts": ["first", "right", "top", "left", "second"],
+        "vertices": [[0.0, 0.0], [right, up], [right, 2.0], [-right, 2.0], [-right, up]],
     }
-    return parse(Problem, data, "wedge"), power, first
+    given = [moved(part, value) for part in ("right", "top", "left")]
+    body = problem(
+        material=elastic(YOUNG, RATIO),
+        geometry=corner,
+        boundary=[closing("first"), closing("second"), *given],
+        **more,
+    )
+    return body, power, first
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("degrees", [177.0, *(slow(d) for d in (179.9, 180.02, 193.0))])
 def test_a_weak_corner_between_sliding_sides_is_solved(degrees, comm, tmp_path):
-    problem, power, first = wedge(degrees)
-    solution = adapt(problem, 1e-5, comm=comm)
+    body, power, first = wedge(degrees)
+    solution = adapt(body, 1e-5, comm=comm)
     assert solution.converged
     contact = solution.contact
     r = np.hypot(*contact.x.T)
@@ -81,11 +80,6 @@ def test_a_weak_corner_between_sliding_sides_is_solved(degrees, comm, tmp_path):
 
 def test_a_mesh_of_polynomials_has_no_estimate_there(comm):
     """Two of them are off by the same 4 %."""
-    problem, *_ = wedge(177.0)
-    fixed = parse(
-        Problem,
-        {**tomllib.loads(problem.toml()), "mesh": {"element_size": 0.1, "order": 1}},
-        "wedge",
-    )
+    fixed, *_ = wedge(177.0, mesh={"element_size": 0.1, "order": 1})
     solution = solve(fixed, comm=comm)
     assert not solution.accuracy.is_known and "nearly 180°" in solution.accuracy.unknown

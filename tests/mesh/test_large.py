@@ -8,11 +8,10 @@ import re
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, elastic, moved
+from shapes import closing, cuboid, drawn, elastic, moved, problem
 
 from petcontact import Bem, InputError, MeshOptions, Polygon, Problem, load
 from petcontact.commands.solve import announcer
-from petcontact.model.base import parse
 from petcontact.model.case import DEEPEST, set_key
 from petcontact.pipeline import choice
 from petcontact.pipeline.run import prepare
@@ -29,11 +28,7 @@ def many_sided(sides, **mesh):
         geometry=Polygon(
             vertices=[(10.0 * math.cos(a), 10.0 * math.sin(a)) for a in angle], parts=parts
         ),
-        boundary=[
-            {"part": "c", "condition": "contact", "friction_bound": 1.0},
-            moved("d", (0, 0)),
-            drawn("f", (0, 0)),
-        ],
+        boundary=[closing("c", friction_bound=1.0), moved("d", (0, 0)), drawn("f", (0, 0))],
     )
 
 
@@ -83,15 +78,14 @@ def test_what_takes_a_while_is_announced(comm, capsys):
     whole, one = capsys.readouterr().err.splitlines()
     assert (whole, one) == (f"{size} of processor time", f"{size} for this mesh")
     sides = [drawn(part, [0, 0, 1]) for part in ("left", "right", "front", "back")]
-    foot = {"part": "bottom", "condition": "contact", "friction_bound": 1.0}
-    data = {
-        "material": elastic(1.0, 0.3),
-        "geometry": cuboid([0, 0, 0], [1, 1, 1]),
-        "boundary": [moved("top", [0, 0, 0]), foot, *sides],
-        "mesh": {"element_size": 0.34},
-        "bem": {"mat_type": "hmatrix"},
-    }
-    prepare(parse(Problem, data, "test"), comm, announce=announce).close()
+    block = problem(
+        material=elastic(1.0, 0.3),
+        geometry=cuboid([0, 0, 0], [1, 1, 1]),
+        boundary=[moved("top", [0, 0, 0]), closing("bottom", friction_bound=1.0), *sides],
+        mesh={"element_size": 0.34},
+        bem={"mat_type": "hmatrix"},
+    )
+    prepare(block, comm, announce=announce).close()
     assert re.fullmatch(r"matrix: \d+%, about \d+ s left", lines[0])
     assert lines[-1].startswith("matrix: 100%, about 0 s")
 
