@@ -7,97 +7,66 @@ import numpy as np
 import pytest
 from marks import some
 from ring_oracle import Arc
+from shapes import drawn, elastic, problem, rectangle, rollers
 
+from petcontact import operators
 from petcontact.bem.column_fillers import PlainFiller
 from petcontact.bem.kernel import ColumnData
 from petcontact.bem.revolution.compiled import compiled_columns
 from petcontact.bem.revolution.kernel import RingKernel, TwistedRingKernel
-from petcontact.geometry.arcs import half_angles, on_arcs
 from petcontact.mesh.basis import gauss
 from petcontact.mesh.curve_mesh import CurveMesh
 from petcontact.mesh.elements import Elements, Targets
 from petcontact.model.problem import Material
+from petcontact.reference.lame import Cylinder, Sphere
 
 NU = 0.3
-PLATE = [((1, 0), (2, 0), 0.0), ((2, 0), (2, 1), 0.0), ((2, 1), (1, 1), 0.0), ((1, 1), (1, 0), 0.0)]
-
-
-def curve(pieces, order, n):
-    """Elements, nodes and normals of a curve of sides and arcs (start, end, curvature), n each."""
-    start, end, curvature = [], [], []
-    for a, b, bent in pieces:
-        chord = np.array([np.hypot(*np.subtract(b, a))])
-        angle = half_angles(chord, np.array([bent]))[0]
-        x, _ = on_arcs(np.array(a, float), np.array(b, float), angle, np.linspace(-1.0, 1.0, n + 1))
-        x[0], x[-1] = a, b
-        start.append(x[:-1]), end.append(x[1:]), curvature.append(np.full(n, bent))
-    start, end, curvature = (np.concatenate(part) for part in (start, end, curvature))
-    line = np.where(curvature == 0.0, np.repeat(np.arange(len(pieces)), n), -1)
-    elements = Elements(start, end, curvature, order, line, np.arange(len(start)))
-    (xi, _), each = gauss(order), np.repeat(np.arange(len(start)), order + 1)
-    angle = half_angles(np.hypot(*(end - start).T), curvature)
-    xi = np.tile(xi, len(start))
-    x, normal = on_arcs(start[each], end[each], angle[each], xi)
-    return elements, Targets(x, line[each], each, xi), normal
 
 
 def kernel():
     return TwistedRingKernel(Material(young_modulus=1.0, poisson_ratio=NU), 1.0)
 
 
-LAME, MU = (0.3, 0.7), 0.5 / (1.0 + NU)
-
-
-def cylinder(x, n):
-    """Lamé's field u_r = A r + B/r of a tube without strain along it."""
-    (a, b), bulk, r = LAME, NU / (1.0 - 2.0 * NU) * 2.0 * LAME[0], x[:, 0]
-    radial, axial = 2.0 * MU * (a - b / r**2 + bulk), 2.0 * MU * bulk
-    u = np.stack([a * r + b / r, 0.0 * r], axis=1)
-    return u, np.stack([radial * n[:, 0], axial * n[:, 1]], axis=1)
-
-
-def sphere(x, n):
-    """Lamé's field u_ρ = A ρ + B/ρ² about the origin."""
-    (a, b), rho = LAME, np.hypot(*x.T)[:, None]
-    radial = 2.0 * MU * (a * (1.0 + NU) / (1.0 - 2.0 * NU) - 2.0 * b / rho**3)
-    hoop = 2.0 * MU * (a * (1.0 + NU) / (1.0 - 2.0 * NU) + b / rho**3)
-    along = np.einsum("nd,nd->n", x, n)[:, None] / rho**2 * x
-    return (a + b / rho**3) * x, radial * along + hoop * (n - along)
-
-
-SHELL = [((1, 0), (2, 0), 0.0), ((2, 0), (0, 2), 0.5), ((0, 1), (1, 0), -1.0)]
+MU = 0.5 / (1.0 + NU)
+TUBE = rectangle([1, 0], [2, 1])
+ENDS = {"middle": [2, 0], "right": [0, 2], "axis": [0, 1], "left": [1, 0]}
+RADII = {"right": {"radius": 2.0}, "left": {"radius": -1.0}}
+SHELL = {
+    "shape": "outline",
+    "loops": [[{"part": part, "to": to, **RADII.get(part, {})} for part, to in ENDS.items()]],
+}
 
 
 @pytest.mark.parametrize(
-    ("pieces", "field", "n", "at_most"), [(PLATE, cylinder, 3, 2e-6), (SHELL, sphere, 4, 4e-6)]
+    ("shape", "planes", "form"),
+    [(TUBE, ("bottom", "top"), Cylinder), (SHELL, ("middle",), Sphere)],
 )
-def test_lame_by_collocation(pieces, field, n, at_most):
-    """Displacements at all nodes from tractions of the exact field, and from these the inside."""
-    elements, targets, normal = curve(pieces, 4, n)
-    exact_u, exact_t = field(targets.point, normal)
-    found = TwistedRingKernel(Material(young_modulus=1.0, poisson_ratio=NU), 1.0)
-    g, h = (part[:2, :2] for part in found.integrals(targets, elements))
-    m = len(targets.xi)
-    matrix = h.transpose(3, 0, 2, 1).reshape(2 * m, 2 * m) + 0.5 * np.eye(2 * m)
-    load = np.einsum("ijkm,kj->mi", g, exact_t / (2.0 * MU)).ravel()
-    # the rigid motion along z is free
-    mean = np.tile([0.0, 1.0], m)
-    u = np.linalg.lstsq(np.vstack([matrix, mean]), np.append(load, exact_u[:, 1].sum()), rcond=None)
-    u = u[0].reshape(m, 2)
-    assert np.abs(u - exact_u).max() < at_most * np.abs(exact_u).max()
-    inside = np.array([[1.2, 0.3], [1.4, 0.6], [1.0, 1.2]])[: 2 if field is cylinder else 3]
-    nowhere = np.full(len(inside), -1)
-    points = Targets(inside, nowhere, nowhere, np.zeros(len(inside)))
-    data = [np.column_stack([v, np.zeros(m)])[..., None] for v in (u, exact_t / (2.0 * MU))]
-    moved, stress, wound = found.field(points, elements, *data)
-    moved, stress = moved[..., 0], stress[..., 0]
-    np.testing.assert_allclose(wound, 1.0, atol=1e-8)
-    np.testing.assert_allclose(moved[:, :2], field(inside, inside)[0], atol=1e-5)
-    for n, components in (([1.0, 0.0], (0, 3)), ([0.0, 1.0], (3, 1))):
-        traction = field(inside, np.tile(n, (len(inside), 1)))[1] / (2.0 * MU)
-        np.testing.assert_allclose(stress[:, components], traction, atol=1e-5)
-    hoop = NU * (stress[:, 0] + stress[:, 1]) + (1.0 + NU) * moved[:, 0] / inside[:, 0]
+def test_lame_s_tube_and_ball(shape, planes, form):
+    """Displacement of the boundary and stress inside, under pressure between planes of symmetry."""
+    pressed = {"part": "left", "condition": "traction", "pressure": 1.0}
+    body = operators(
+        problem(
+            symmetry="axial",
+            material=elastic(1.0, NU),
+            geometry=shape,
+            mesh={"element_size": 0.25, "order": 4},
+            boundary=[pressed, drawn("right", [0, 0]), *rollers(*planes)],
+        )
+    ).body
+    exact, flat = form(1.0, 2.0, 1.0, NU, pressure_inside=1.0), [1.0, float(form is Sphere)]
+    u, t = body.solve()
+    r = np.hypot(*(body.mesh.x * flat).T)
+    wanted = (exact.displacement(r) / r)[:, None] * body.mesh.x * flat
+    assert np.abs(u - wanted).max() < 4e-6 * np.abs(wanted).max()
+    inside = np.array([[1.2, 0.3], [1.4, 0.6]])
+    r = np.hypot(*(inside * flat).T)
+    (radial, hoop), (n_r, n_z) = exact.stress(r), (inside * flat).T / r
+    axial = hoop if form is Sphere else NU * (radial + hoop)
+    stress = body.state_at(inside, u, t).stress
+    np.testing.assert_allclose(stress[:, 0], hoop + (radial - hoop) * n_r**2, atol=1e-5)
+    np.testing.assert_allclose(stress[:, 1], axial + (radial - axial) * n_z**2, atol=1e-5)
     np.testing.assert_allclose(stress[:, 2], hoop, atol=1e-5)
+    np.testing.assert_allclose(stress[:, 3], (radial - axial) * n_r * n_z, atol=1e-5)
 
 
 def test_forces_of_rings():
@@ -114,9 +83,8 @@ def test_forces_of_rings():
     np.testing.assert_allclose(on_axis[:, 1], kelvin, rtol=1e-13)
     assert np.abs(on_axis[:, 2]).max() == 0.0
     # a short element of constant traction, and the ring in its middle
-    elements, _, _ = curve([((1.0, 0.0), (1.0, 1e-4), 0.0)], 0, 1)
-    nowhere = np.full(len(x), -1)
-    targets = Targets(x, nowhere, nowhere, np.zeros(len(x)))
+    elements = elements_of(Arc((1.0, 0.0), 0.5 * np.pi, 1e-4, 0.0), 0)
+    targets = targets_at(x)
     g, _ = solution.integrals(targets, elements)
     by_t, _ = solution.stress_integrals(targets, elements)
     at, force = np.array([[1.0, 5e-5]]), 2.0 * np.pi * 1e-4
