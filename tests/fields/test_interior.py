@@ -12,7 +12,7 @@ from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
 from petcontact import InputError, Material, MeshOptions, solve
-from petcontact.fields.interior import field_at
+from petcontact.fields.interior import field_at, field_on_grid
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.stress_state import StressState
 from petcontact.geometry.arcs import end_tangents
@@ -78,7 +78,10 @@ def test_stress_goes_on_from_the_inside_to_the_boundary_beside_a_point_force(d):
 
 def test_grid_fills_the_body_and_keeps_inside():
     mesh = meshed(element_size=0.1)
-    points, cells = triangulate(mesh, (60, 30))
+    field = field_on_grid(mesh, *boundary_data(mesh), STEEL, (60, 30))
+    points, cells, (_, stress) = field.x, field.cells, exact(field.x)
+    assert np.abs(field.stress - stress).max() < 2e-2 * np.abs(stress).max()
+    assert np.allclose(field.sigma_zz, 0.3 * (field.stress[:, 0] + field.stress[:, 1]))
     body = BODY.outline().polygon(400)
     assert len(mesh.loops()) == 2
     assert np.all(shapely.contains_xy(body, *points.T))

@@ -63,6 +63,7 @@ TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": 
         ("boundary.0.friction_bound", ["x", 1], f"{FINITE} or an expression"),
         ("boundary.0.friction_bound", 10**400, f"boundary[0].friction_bound: {FINITE}"),
         ("boundary.0.part", ..., "boundary[0].part: this key is required"),
+        ("boundary", ..., "boundary: this key is required"),
         ("boundary.0.friction_bund", 1, "unknown key, did you mean 'friction_bound'?"),
         ("boundary.0.condition", "contakt", "got 'contakt', did you mean 'contact'?"),
         ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
@@ -201,6 +202,7 @@ def test_a_byte_order_mark_is_no_key(tmp_path):
     [
         ("boundary.0.friction_bound='x^2'", "a power is written with **"),
         ("boundary.0.friction_bound='10x'", "as in 10*x"),
+        ("boundary.0.friction_bound='10 MPa'", "a number has no unit here"),
         ("boundary.0.friction_bound='2(x+1)'", "as in 10*x"),
         ("boundary.0.g=3.0", "did you mean 'friction_bound'?"),
         ("boundary.1.condition='clamped'", "did you mean 'displacement'?"),

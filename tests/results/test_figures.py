@@ -68,6 +68,18 @@ def test_a_title_says_what_is_no_result(solution):
         assert "not converged: no result" in curves.headed(without)
 
 
+def test_a_path_that_returns_has_a_hysteresis(solution):
+    """Slip of all nodes grows from step to step, or turns back."""
+    ((name, pair),) = solution.pairs.items()
+
+    def stepped(*slips):
+        pairs = [replace(pair, slip=np.full_like(pair.slip, slip)) for slip in slips]
+        return replace(solution, steps=[replace(solution.last, pairs={name: p}) for p in pairs])
+
+    assert "hysteresis" in drawings(stepped(1.0, 2.0, -1.0))
+    assert "hysteresis" not in drawings(stepped(1.0, 2.0, 3.0))
+
+
 def test_the_moment_on_an_obstacle_is_drawn_over_its_rotation(solution):
     """And no panel for a displacement that it does not have."""
     still = ObstacleResult(np.zeros(2), 0.0, np.zeros(2), 0.0)

@@ -4,6 +4,7 @@ not."""
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -65,6 +66,7 @@ def test_what_is_read_is_not_replaced(tmp_path):
 
 @pytest.mark.parametrize("linked", [True, False])
 def test_who_comes_second_replaces_nothing_and_loses_nothing(tmp_path, monkeypatch, linked):
+    """Whoever comes first, the main thread or another."""
     if not linked:
 
         def refused(*names):
@@ -72,7 +74,8 @@ def test_who_comes_second_replaces_nothing_and_loses_nothing(tmp_path, monkeypat
 
         monkeypatch.setattr(os, "link", refused)
     path = tmp_path / "r.h5"
-    write(path, "first", replace=False)
+    with ThreadPoolExecutor() as pool:
+        pool.submit(write, path, "first", replace=False).result()
     for k in (2, 3):
         with pytest.raises(
             OutputError,
