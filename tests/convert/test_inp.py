@@ -170,6 +170,7 @@ def test_faces_of_one_pressure_at_the_end_keep_their_own_ways_there(tmp_path):
     assert [change.pressure for change in problem.step[1].boundary] == [5.0, 5.0]
 
 
+BLOCK = "*Element, type={}, elset=UPPER"
 SECTION = "*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL"
 
 
@@ -181,6 +182,7 @@ SECTION = "*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL"
         (SECTION, "** none", "has no *SOLID SECTION with an *ELASTIC"),
         ("UNDER, S3", "UNDERS, S3", "no ELSET 'UNDERS'; there are LOWER, UPPER, UNDER, OVER"),
         ("FOOT, 1, 2, 0.", "FOOT, 1, 2, zero", "*BOUNDARY: numbers are expected"),
+        (BLOCK.format("CPE4R"), BLOCK.format("CAX4"), "bodies of revolution (CAX) beside others"),
         ("*HEADING", "*INCLUDE, INPUT=other.inp", "*INCLUDE: other files are not read"),
         ("*HEADING", "*NODE, SYSTEM=C", "*NODE: nodes in another system are not read"),
         ("1, 1, 4, 5, 2", "1, 1, 4, 5", "*ELEMENT: 39 numbers are no multiple of 5"),

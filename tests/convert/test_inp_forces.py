@@ -9,7 +9,6 @@ from inp_decks import converted, grid, sets
 
 from petcontact import solve
 from petcontact.convert.inp_forces import linear_traction
-from petcontact.errors import InputError
 
 MATERIAL = """*MATERIAL, NAME=M
 *ELASTIC
@@ -129,10 +128,3 @@ def test_nodes_that_are_held_one_by_one_hold_their_faces(tmp_path):
     text = block("CPE4", "*BOUNDARY", "1, 1, 2", "3, 2, 2", "3, 1, 1", counts=(1, 1))
     (condition,) = converted(tmp_path, text)[0].body[0].boundary
     assert (condition.part, condition.value) == ("NODES1+NODES2", (0.0, 0.0))
-
-
-def test_bodies_of_revolution_beside_others_are_refused(tmp_path):
-    low, _ = grid([0.0, 0.0], [1.0, 1.0], (1, 1), 1, 1, "CPE4", "ALL")
-    high, _ = grid([0.0, 2.0], [1.0, 3.0], (1, 1), 11, 11, "CAX4", "ALL")
-    with pytest.raises(InputError, match=r"bodies of revolution \(CAX\) beside others"):
-        converted(tmp_path, "\n".join([*low, *high, MATERIAL.strip()]))
