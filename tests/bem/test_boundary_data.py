@@ -5,52 +5,36 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import closing, drawn, elastic, moved, problem, rectangle
 
-from petcontact import (
-    Contact,
-    Displacement,
-    InputError,
-    Material,
-    MeshOptions,
-    Problem,
-    Rectangle,
-    SideBySide,
-    Traction,
-)
+from petcontact import InputError
 from petcontact.pipeline.pose.discretise import discretise
-
-BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))
-STEEL = Material(young_modulus=1.0, poisson_ratio=0.3)
 
 
 def contact(part, g=1.0):
-    return Contact(part=part, friction_bound=g)
+    return closing(part, friction_bound=g)
 
 
 def free(*parts):
-    return tuple(Traction(part=part, value=(0.0, 0.0)) for part in parts)
+    return [drawn(part, [0.0, 0.0]) for part in parts]
 
 
-def clamped(part):
-    return Displacement(part=part, value=(0.0, 0.0))
-
-
-def data(*boundary, body=BOX, **mesh):
-    problem = Problem(
-        material=STEEL,
-        geometry=body,
-        mesh=MeshOptions(**(mesh or {"element_size": 0.25})),
-        boundary=boundary,
+def data(*boundary, body=None, **mesh):
+    body = problem(
+        material=elastic(1.0, 0.3),
+        geometry=body or rectangle([0.0, 0.0], [2.0, 1.0]),
+        mesh=mesh or {"element_size": 0.25},
+        boundary=list(boundary),
     )
-    discrete = discretise(problem)
+    discrete = discretise(body)
     return discrete.meshes[0], discrete.data[0], discrete.law
 
 
 def test_expressions_are_evaluated_at_the_nodes_of_their_part():
     m, d, law = data(
         contact("bottom", "1 + s"),
-        Displacement(part="top", value=("x*y", "sin(x)")),
-        Traction(part="right", value=("10*y", "nx + 2*ny")),
+        moved("top", ["x*y", "sin(x)"]),
+        drawn("right", ["10*y", "nx + 2*ny"]),
         *free("left"),
         order=2,
         element_size=0.5,
@@ -67,21 +51,14 @@ def test_expressions_are_evaluated_at_the_nodes_of_their_part():
 
 
 def test_pressure_acts_against_the_normal():
-    body = SideBySide(
-        loops=(
-            (
-                {"part": "arc", "to": (0, 1), "radius": 1.0},
-                {"part": "left", "to": (0, 0)},
-                {"part": "bottom", "to": (1, 0)},
-            ),
-        )
-    )
-    m, d, _ = data(
-        Traction(part="arc", pressure="2 + x"),
-        contact("left", 0.0),
-        contact("bottom", 0.0),
-        body=body,
-    )
+    sides = [
+        {"part": "arc", "to": [0, 1], "radius": 1.0},
+        {"part": "left", "to": [0, 0]},
+        {"part": "bottom", "to": [1, 0]},
+    ]
+    pressed = {"part": "arc", "condition": "traction", "pressure": "2 + x"}
+    body = {"shape": "outline", "loops": [sides]}
+    m, d, _ = data(pressed, contact("left", 0.0), contact("bottom", 0.0), body=body)
     arc = m.nodes_of("arc")
     assert np.allclose(d.value[1, arc], -(2.0 + m.x[arc, :1]) * m.normal[arc], atol=0.02)
     # the integral of the load is that of the function, on few elements, too
@@ -90,6 +67,7 @@ def test_pressure_acts_against_the_normal():
 
 
 SIDES = free("left", "right")
+LOGARITHM = {"part": "left", "condition": "traction", "pressure": "log(-1)"}
 
 
 @pytest.mark.parametrize(
@@ -108,16 +86,16 @@ SIDES = free("left", "right")
         ((contact("bottom", "1 - x"), *SIDES), "must be >= 0, is -0.875 at x = 1.875, y = 0"),
         ((contact("bottom", "1/(x-x)"), *SIDES), "friction_bound: expression .* is not finite"),
         (
-            (contact("bottom"), Displacement(part="left", value=("q", 0.0)), *free("right")),
+            (contact("bottom"), moved("left", ["q", 0.0]), *free("right")),
             r"body 'body': left\.value\[0\]: unknown name 'q'",
         ),
         (
-            (contact("bottom"), Traction(part="left", pressure="log(-1)"), *free("right")),
+            (contact("bottom"), LOGARITHM, *free("right")),
             r"body 'body': left\.pressure: expression .* is not finite",
         ),
     ],
 )
 def test_ill_posed_problems_are_refused_in_one_line(boundary, message):
     with pytest.raises(InputError, match=message) as caught:
-        data(clamped("top"), *boundary)
+        data(moved("top", [0.0, 0.0]), *boundary)
     assert "\n" not in str(caught.value)

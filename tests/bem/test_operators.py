@@ -3,38 +3,30 @@
 from __future__ import annotations
 
 import numpy as np
-from prepared import filled
-from prepared import operators as operators_of
+from prepared import filled, operators
+from shapes import closing, drawn, elastic, moved, problem
 
-from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Traction
-
-PENTAGON = Polygon(
-    vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e")
-)
+CORNERS = [[0, 0], [3, 0.2], [3.5, 2], [1.4, 3.1], [-0.4, 1.3]]
 
 
-def operators(order: int, plane: str = "strain", size: float = 0.4):
-    return operators_of(problem_of(order, plane, size))
-
-
-def problem_of(order: int, plane: str = "strain", size: float = 0.4):
-    return Problem(
-        material=Material(young_modulus=210.0, poisson_ratio=0.28, plane=plane),
-        geometry=PENTAGON,
-        mesh=MeshOptions(element_size=size, order=order),
-        boundary=(
-            Contact(part="a", friction_bound=1.0),
-            Displacement(part="b", value=("0.1*(x - 3)", "y - 0.2")),
-            Traction(part="c", value=(3.0, "x")),
-            Traction(part="d", pressure=2.0),
-            Displacement(part="e", value=(0.0, "free")),
-        ),
+def pentagon(order):
+    return problem(
+        material=elastic(210.0, 0.28),
+        geometry={"shape": "polygon", "vertices": CORNERS, "parts": list("abcde")},
+        mesh={"element_size": 0.25, "order": order},
+        boundary=[
+            closing("a", friction_bound=1.0),
+            moved("b", ["0.1*(x - 3)", "y - 0.2"]),
+            drawn("c", [3.0, "x"]),
+            {"part": "d", "condition": "traction", "pressure": 2.0},
+            moved("e", [0.0, "free"]),
+        ],
     )
 
 
 def test_blocks_are_the_whole_matrix():
     for order in (0, 2):
-        ops = operators(order, size=0.25)
+        ops = operators(pentagon(order))
         everything = np.arange(ops.mesh.n_nodes)
         filled_system, contact, loads = filled(ops)
         assert np.allclose(filled_system, ops.system_entries(everything, everything), atol=1e-14)
