@@ -23,6 +23,15 @@ def cuboid(lower: Any, upper: Any) -> dict[str, Any]:
     return {"shape": "box", "lower": lower, "upper": upper}
 
 
+def outline(**ends: Any) -> dict[str, Any]:
+    """A geometry of the plane: sides by their ends (x, y), arcs by end and radius (x, y, r)."""
+    sides = [
+        {"part": part, "to": end[:2]} | ({"radius": end[2]} if len(end) > 2 else {})
+        for part, end in ends.items()
+    ]
+    return {"shape": "outline", "loops": [sides]}
+
+
 def moved(part: str, value: Any) -> dict[str, Any]:
     """A part whose displacement is given."""
     return {"part": part, "condition": "displacement", "value": value}

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import closing, drawn, elastic, moved, problem, rectangle
+from shapes import closing, drawn, elastic, moved, outline, problem, rectangle
 
 from petcontact import InputError
 from petcontact.pipeline.pose.discretise import discretise
@@ -51,13 +51,8 @@ def test_expressions_are_evaluated_at_the_nodes_of_their_part():
 
 
 def test_pressure_acts_against_the_normal():
-    sides = [
-        {"part": "arc", "to": [0, 1], "radius": 1.0},
-        {"part": "left", "to": [0, 0]},
-        {"part": "bottom", "to": [1, 0]},
-    ]
     pressed = {"part": "arc", "condition": "traction", "pressure": "2 + x"}
-    body = {"shape": "outline", "loops": [sides]}
+    body = outline(arc=[0, 1, 1.0], left=[0, 0], bottom=[1, 0])
     m, d, _ = data(pressed, contact("left", 0.0), contact("bottom", 0.0), body=body)
     arc = m.nodes_of("arc")
     assert np.allclose(d.value[1, arc], -(2.0 + m.x[arc, :1]) * m.normal[arc], atol=0.02)

@@ -15,46 +15,30 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # where it runs as a program
 
+from shapes import closing, drawn, elastic, moved, outline, problem
 from smooth_field import STEEL, kolosov, pull
 
-from petcontact import (
-    Contact,
-    Displacement,
-    MeshOptions,
-    Method,
-    Problem,
-    SideBySide,
-    Traction,
-    solve,
-)
+from petcontact import solve
 from petcontact.fields.interior import field_at
 from petcontact.reference.lame import Cylinder
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
 TUBE = Cylinder(1.0, 2.0, 200.0, 0.3, pressure_inside=1.0)
-METHOD = Method(name="projection", rule="modified", rho=100.0, tolerance=1e-10, max_iterations=5000)
+METHOD = {"name": "projection", "rule": "modified", "rho": 100.0}
+METHOD |= {"tolerance": 1e-10, "max_iterations": 5000}
 
 
 class Lame:
     """Quarter of a cylinder, 1 <= r <= 2, between two frictionless contact sides, under inner
     pressure 1."""
 
-    body = SideBySide(
-        loops=(
-            (
-                {"part": "bottom", "to": (2, 0)},
-                {"part": "outer", "to": (0, 2), "radius": 2.0},
-                {"part": "left", "to": (0, 1)},
-                {"part": "inner", "to": (1, 0), "radius": -1.0},
-            ),
-        )
-    )
+    body = outline(bottom=[2, 0], outer=[0, 2, 2.0], left=[0, 1], inner=[1, 0, -1.0])
     boundary = (
-        Contact(part="bottom", friction_bound=0.0),
-        Contact(part="left", friction_bound=0.0),
-        Traction(part="outer", value=(0.0, 0.0)),
-        Traction(part="inner", pressure=1.0),
+        closing("bottom", friction_bound=0.0),
+        closing("left", friction_bound=0.0),
+        drawn("outer", [0, 0]),
+        {"part": "inner", "condition": "traction", "pressure": 1.0},
     )
 
     @staticmethod
@@ -93,25 +77,18 @@ class Kirsch:
     exact data of the infinite plate, and the two stretches of the line of symmetry are frictionless
     contact sides."""
 
-    body = SideBySide(
-        loops=(
-            (
-                {"part": "hole", "to": (1, 0), "through": (0, 1)},
-                {"part": "right foot", "to": (3, 0)},
-                {"part": "right", "to": (3, 2)},
-                {"part": "top", "to": (-3, 2)},
-                {"part": "left", "to": (-3, 0)},
-                {"part": "left foot", "to": (-1, 0)},
-            ),
-        )
+    body = outline(
+        **{"right foot": [3, 0], "right": [3, 2], "top": [-3, 2]},
+        **{"left": [-3, 0], "left foot": [-1, 0]},
     )
+    body["loops"][0].insert(0, {"part": "hole", "to": [1, 0], "through": [0, 1]})
     boundary = (
-        Contact(part="right foot", friction_bound=0.0),
-        Contact(part="left foot", friction_bound=0.0),
-        Traction(part="hole", value=(0.0, 0.0)),
-        Traction(part="right", value=given(1, 0, 2)),
-        Traction(part="top", value=given(1, 2, 1)),
-        Displacement(part="left", value=given(0, 0, 1)),
+        closing("right foot", friction_bound=0.0),
+        closing("left foot", friction_bound=0.0),
+        drawn("hole", [0, 0]),
+        drawn("right", given(1, 0, 2)),
+        drawn("top", given(1, 2, 1)),
+        moved("left", given(0, 0, 1)),
     )
 
     exact = staticmethod(kirsch)
@@ -122,24 +99,23 @@ class Kirsch:
         return p[np.hypot(*p.T) > 1.05]
 
 
-def measure(problem, **mesh):
+def posed(case, **mesh):
+    """The problem of one of these, by `METHOD`."""
+    more = {"geometry": case.body, "boundary": list(case.boundary), "mesh": mesh}
+    return problem(material=elastic(200.0, 0.3), method=METHOD, **more)
+
+
+def measure(case, **mesh):
     """Relative errors: u and traction in L2(Γ), u and stress at points inside (largest)."""
-    case = Problem(
-        material=STEEL,
-        geometry=problem.body,
-        mesh=MeshOptions(**mesh),
-        boundary=problem.boundary,
-        method=METHOD,
-    )
-    solution = solve(case)
+    solution = solve(posed(case, **mesh))
     assert solution.converged
     m = solution.mesh
-    exact_u, stress = problem.exact(m.x)
+    exact_u, stress = case.exact(m.x)
     exact_t = pull(stress, m.normal)
     norm = lambda values: np.sqrt(m.weight @ np.sum(values**2, axis=1))  # noqa: E731
-    points = problem.points(np.random.default_rng(1))
+    points = case.points(np.random.default_rng(1))
     u, s = field_at(m, solution.u, solution.traction, STEEL, points)
-    inside_u, inside_s = problem.exact(points)
+    inside_u, inside_s = case.exact(points)
     return np.array(
         [
             norm(solution.u - exact_u) / norm(exact_u),
@@ -151,7 +127,7 @@ def measure(problem, **mesh):
 
 
 @pytest.mark.parametrize(
-    ("problem", "order", "sizes", "rates", "last"),
+    ("case", "order", "sizes", "rates", "last"),
     [
         # order of u on Γ, of the traction on Γ, of u inside, of the stress inside; relative errors
         # on the finest mesh
@@ -165,8 +141,8 @@ def measure(problem, **mesh):
         else (str(value) if isinstance(value, int) else "")
     ),
 )
-def test_errors_and_rates(problem, order, sizes, rates, last):
-    errors = [measure(problem, element_size=h, order=order) for h in sizes]
+def test_errors_and_rates(case, order, sizes, rates, last):
+    errors = [measure(case, element_size=h, order=order) for h in sizes]
     assert np.all(errors[-1] <= last), errors[-1]
     for coarse, fine in itertools.pairwise(errors):
         assert np.all(np.log2(coarse / fine) >= rates), np.log2(coarse / fine)
@@ -180,7 +156,7 @@ def print_table():
     """Errors on refined meshes, and in brackets the orders of convergence."""
     print("| problem | order | h | u on Γ | traction on Γ | u inside | stress inside |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
-    for problem, order, sizes in (
+    for case, order, sizes in (
         (Lame, 0, (0.2, 0.1, 0.05)),
         (Lame, 3, (0.8, 0.4, 0.2)),
         (Kirsch, 0, (0.2, 0.1, 0.05)),
@@ -188,14 +164,14 @@ def print_table():
     ):
         before = None
         for h in sizes:
-            errors = measure(problem, element_size=h, order=order)
+            errors = measure(case, element_size=h, order=order)
             rates = (
                 [""] * 4
                 if before is None
                 else [f" ({rate:.1f})" for rate in np.log2(before / errors)]
             )
             cells = [f"{error:.1e}{rate}" for error, rate in zip(errors, rates, strict=True)]
-            print(f"| {problem.__name__} | {order} | {h:g} | {' | '.join(cells)} |")
+            print(f"| {case.__name__} | {order} | {h:g} | {' | '.join(cells)} |")
             before = errors
 
 

@@ -5,19 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import closing, drawn, moved, problem
 from smooth_field import pull
 
-from petcontact import (
-    Contact,
-    Displacement,
-    Material,
-    MeshOptions,
-    Method,
-    Problem,
-    SideBySide,
-    Traction,
-    solve,
-)
+from petcontact import Material, SideBySide, solve
 from petcontact.fields.interior import field_at
 
 pytestmark = pytest.mark.usefixtures("unestimated")
@@ -45,18 +36,17 @@ def slipping(material, *, order, hole, size=0.6):
     xx, yy, xy = 2.0 * mu * along + trace, 2.0 * mu * upwards + trace, mu * shear
     pull = (f"{xx!r}*nx + {xy!r}*ny", f"{xy!r}*nx + {yy!r}*ny")
     parts = [*NAMES[1:], *(["hole"] if hole else [])]
-    case = Problem(
+    case = problem(
         material=material,
         geometry=body(hole),
-        mesh=MeshOptions(element_size=size, order=order),
-        boundary=(
-            Contact(part="foot", friction_bound=xy),
-            Displacement(part="right", value=u),
-            *(Traction(part=part, value=pull) for part in parts if part != "right"),
-        ),
-        method=Method(
-            name="projection", rule="modified", rho=mu, tolerance=1e-13, max_iterations=2000
-        ),
+        mesh={"element_size": size, "order": order},
+        boundary=[
+            closing("foot", friction_bound=xy),
+            moved("right", u),
+            *(drawn(part, pull) for part in parts if part != "right"),
+        ],
+        method={"name": "projection", "rule": "modified", "rho": mu, "tolerance": 1e-13}
+        | {"max_iterations": 2000},
     )
     solution = solve(case)
     exact = lambda x: np.column_stack([1e-3 + along * x[:, 0] + shear * x[:, 1], upwards * x[:, 1]])  # noqa: E731

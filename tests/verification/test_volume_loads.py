@@ -5,7 +5,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import closing, drawn, elastic, moved, problem, rectangle, rollers, solid, touching
+from shapes import (
+    closing,
+    drawn,
+    elastic,
+    moved,
+    outline,
+    problem,
+    rectangle,
+    rollers,
+    solid,
+    touching,
+)
 
 from petcontact import InputError, read_result, solve
 
@@ -23,21 +34,12 @@ def steel(plane="strain"):
     return {**elastic(E, NU), "plane": plane, "density": RHO, "thermal_expansion": ALPHA}
 
 
-def loop(**sides):
-    """An outline of sides by their ends; an arc has its radius, too."""
-    keys = [
-        {"part": part, "to": end[:2]} | ({"radius": end[2]} if len(end) > 2 else {})
-        for part, end in sides.items()
-    ]
-    return {"shape": "outline", "loops": [keys]}
-
-
 def quarter_ring(a, b, x=0.0):
-    return loop(bottom=[b + x, 0], outer=[x, b, b], left=[x, a], inner=[a + x, 0, -a])
+    return outline(bottom=[b + x, 0], outer=[x, b, b], left=[x, a], inner=[a + x, 0, -a])
 
 
 def quarter_disc(a):
-    return loop(bottom=[a, 0], rim=[0, a, a], left=[0, 0])
+    return outline(bottom=[a, 0], rim=[0, a, a], left=[0, 0])
 
 
 def spinning_ring(r, a, b, omega, plane):

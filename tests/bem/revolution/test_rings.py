@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from marks import some
 from ring_oracle import Arc
-from shapes import drawn, elastic, problem, rectangle, rollers
+from shapes import drawn, elastic, outline, problem, rectangle, rollers
 
 from petcontact import operators
 from petcontact.bem.column_fillers import PlainFiller
@@ -29,12 +29,7 @@ def kernel():
 
 MU = 0.5 / (1.0 + NU)
 TUBE = rectangle([1, 0], [2, 1])
-ENDS = {"middle": [2, 0], "right": [0, 2], "axis": [0, 1], "left": [1, 0]}
-RADII = {"right": {"radius": 2.0}, "left": {"radius": -1.0}}
-SHELL = {
-    "shape": "outline",
-    "loops": [[{"part": part, "to": to, **RADII.get(part, {})} for part, to in ENDS.items()]],
-}
+SHELL = outline(middle=[2, 0], right=[0, 2, 2.0], axis=[0, 1], left=[1, 0, -1.0])
 
 
 @pytest.mark.parametrize(
