@@ -10,6 +10,7 @@ import pytest
 import shapely
 from hypothesis import given
 from hypothesis import strategies as st
+from smooth_field import BODY
 
 from petcontact import Circle, InputError, Polygon, Rectangle, SideBySide
 from petcontact.geometry.arcs import turn_through
@@ -162,18 +163,7 @@ def cut(outline, count):
 
 @pytest.mark.parametrize("count", [2, 7, 40])
 def test_sides_that_go_on_are_joined(count):
-    body = SideBySide(
-        loops=(
-            (
-                {"part": "foot", "to": (6, 0)},
-                {"part": "toe", "to": (8, 2), "radius": 2.0},
-                {"part": "front", "to": (8, 4)},
-                {"part": "top", "to": (0, 4)},
-                {"part": "back", "to": (0, 0)},
-            ),
-            Circle(part="hole", center=(3.0, 2.0), radius=0.7),
-        )
-    ).outline()
+    body = BODY.outline()
     joined = cut(body, count).joined
     assert [side.part for side in joined.sides] == [side.part for side in body.sides]
     for side, whole in zip(joined.sides, body.sides, strict=True):

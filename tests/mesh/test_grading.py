@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from smooth_field import TOE as SIDES
 
 from petcontact import Circle, InputError, MeshOptions, Polygon, Rectangle, SideBySide
 from petcontact.mesh.grading import mesh_outline
@@ -17,17 +18,7 @@ RING = SideBySide(
         Circle(part="hole", center=(1.5, 2.0), radius=0.5),
     )
 )
-TOE = SideBySide(
-    loops=(
-        (
-            {"part": "toe", "to": (1, 0), "radius": 1.0},
-            {"part": "bottom", "to": (4, 0)},
-            {"part": "right", "to": (4, 2)},
-            {"part": "top", "to": (0, 2)},
-            {"part": "left", "to": (0, 1)},
-        ),
-    )
-)
+TOE = SideBySide(loops=(SIDES,))
 
 
 def mesh(body, **options):
