@@ -9,7 +9,7 @@ from marks import some
 from ring_oracle import Arc
 from shapes import drawn, elastic, outline, problem, rectangle, rollers
 
-from petcontact import operators
+from petcontact import MeshOptions, SideBySide, operators
 from petcontact.bem.column_fillers import PlainFiller
 from petcontact.bem.kernel import ColumnData
 from petcontact.bem.revolution.compiled import compiled_columns
@@ -17,6 +17,7 @@ from petcontact.bem.revolution.kernel import RingKernel, TwistedRingKernel
 from petcontact.mesh.basis import gauss
 from petcontact.mesh.curve_mesh import CurveMesh
 from petcontact.mesh.elements import Elements, Targets
+from petcontact.mesh.grading import mesh_outline
 from petcontact.model.problem import Material
 from petcontact.reference.lame import Cylinder, Sphere
 
@@ -185,22 +186,14 @@ def test_points_on_the_axis_move_along_it_alone():
 
 
 def half_ring():
-    """A half ring with a hole of half its radius: two arcs and two sides, orders 0 to 5, 90 nodes."""
-    corners = np.array([[1.0, 0.0], [2.0, 0.0], [0.0, 2.0], [0.0, 1.0]])
-    curvature = [0.0, 0.5, 0.0, -1.0]
-    start, end, bent, part = [], [], [], []
-    for k in (0, 1, 3):
-        a, b = corners[k], corners[(k + 1) % 4]
-        t = np.linspace(0.0, 1.0, 9)[:, None]
-        points = a + t * (b - a)
-        if curvature[k]:
-            points *= np.hypot(*a) / np.hypot(*points.T)[:, None]
-        start.append(points[:-1]), end.append(points[1:])
-        bent.append(np.full(8, curvature[k])), part.append(np.full(8, len(part)))
-    start, end, bent, part = (np.concatenate(each) for each in (start, end, bent, part))
+    """A half ring with a hole of half its radius, without the axis: orders 0 to 5."""
+    whole = mesh_outline(SideBySide(**SHELL).outline(), MeshOptions(element_size=0.25))
+    off = whole.part != whole.part_names.index("axis")
+    start, end, bent, part, line = (
+        values[off] for values in (whole.start, whole.end, whole.curvature, whole.part, whole.line)
+    )
     order = np.arange(len(part)) % 6
-    line = np.where(bent == 0.0, part, -1)
-    return CurveMesh(start, end, bent, order, part, line, 0.0 * bent, ("a", "b", "c"), 1.5)
+    return CurveMesh(start, end, bent, order, part, line, 0.0 * bent, whole.part_names, 1.5)
 
 
 @pytest.mark.parametrize("kind", [RingKernel, TwistedRingKernel])
