@@ -1,5 +1,5 @@
 """Slow and obviously right: Kelvin's kernels in space as printed, summed over panels that are cut
-until every piece is far."""
+until every piece is far; and flat panels of random shape in random planes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kelvin_oracle import kelvin
 from petcontact.arrays import Array
 from petcontact.geometry.quadratic import REFERENCE
 from petcontact.mesh.curved.panels import CurvedPanels
-from petcontact.mesh.panels import Panels, monomials, rule_points
+from petcontact.mesh.panels import Panels, make_panels, monomials, rule_points
 
 Kernels = tuple[Callable[[Array, Array, float], tuple[Array, Array]], ...]
 
@@ -57,3 +57,17 @@ def _placed(panel: Panels | CurvedPanels, local: Array) -> tuple[Array, ...]:
     normal = np.cross(along[0, :, 0], along[0, :, 1])
     area = np.linalg.norm(normal, axis=1, keepdims=True)
     return y[0], normal / area, area * panel.basis(local[None])[0]
+
+
+def placed(outline: np.ndarray, order: int, rng: np.random.Generator) -> Panels:
+    """A panel of given corners (c, 2), turned and moved at random."""
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return make_panels((outline @ turn[:2] + rng.normal(size=3))[None], order, np.arange(1))[0]
+
+
+def a_panel(corners: int, order: int, rng: np.random.Generator) -> Panels:
+    """Corners on an ellipse: no quadrilateral of these is a parallelogram."""
+    angle = np.sort(rng.uniform(0.0, 0.5, corners)) + 2.0 * np.pi * np.arange(corners) / corners
+    return placed(
+        np.column_stack([np.cos(angle), rng.uniform(0.3, 1.0) * np.sin(angle)]), order, rng
+    )

@@ -2,44 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from examples import example
 from prepared import operators
 
-from petcontact import MeshOptions, solve
-from petcontact.bem.kelvin2d.kernel import Kelvin2D
-from petcontact.bem.kernels import KERNELS, kernel_for
-from petcontact.mesh.curve_mesh import CurveMesh
-
-
-@dataclass(frozen=True)
-class OtherUnit(Kelvin2D):
-    """Kelvin's solution with tractions in units four times as large: other numbers, the same
-    solution."""
-
-    @property
-    def traction_scale(self):
-        return 4.0 * super().traction_scale
-
-    def integrals(self, targets, elements, **wanted):
-        kernel_g, kernel_h = super().integrals(targets, elements, **wanted)
-        return None if kernel_g is None else 4.0 * kernel_g, kernel_h
-
-
-@pytest.mark.parametrize("mat_type", ["dense", "hodlr"])
-def test_a_new_kernel_is_one_registration(monkeypatch, comm, mat_type):
-    case = example(2, mesh=MeshOptions(element_size=0.25)).model_copy(deep=True)
-    case = case.model_copy(update={"bem": case.bem.model_copy(update={"mat_type": mat_type})})
-    usual = solve(case, comm=comm)
-    monkeypatch.setitem(KERNELS, CurveMesh, OtherUnit)
-    assert isinstance(operators(case).kernel, OtherUnit)
-    other = solve(case, comm=comm)
-    assert other.status == "converged" and len(other.history) == len(usual.history)
-    assert np.allclose(other.u, usual.u, atol=1e-8 * np.abs(usual.u).max())
-    assert np.allclose(other.traction, usual.traction, atol=1e-8 * np.abs(usual.traction).max())
+from petcontact import MeshOptions
+from petcontact.bem.kernels import kernel_for
 
 
 def test_integrals_are_pure_numbers():

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from marks import slow
-from panel_oracle import by_subdivision
-from random_panels import a_panel
+from panel_oracle import a_panel, by_subdivision
 
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.geometry.gmsh import read_msh

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from kelvin_oracle import kelvin, stress_of_kelvin
 from marks import slow
-from panel_oracle import by_subdivision
-from random_panels import a_panel
+from panel_oracle import a_panel, by_subdivision
 
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.bem.kelvin3d.kernel import Kelvin3D
