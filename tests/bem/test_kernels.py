@@ -1,4 +1,4 @@
-"""A new kernel is a class and one line: the operators and the solution ask nothing else of it."""
+"""Integrals are pure numbers: material and size of a body are the business of its kernel."""
 
 from __future__ import annotations
 
