@@ -138,18 +138,18 @@ def test_a_face_that_contact_goes_round_is_unrolled(solution):
     them."""
     mesh = solution.mesh
     side = mesh.nodes_of("side")
-    pair = SimpleNamespace(
-        x=mesh.x[side], state=np.where(mesh.x[side, 0] < 0.2, STICK, OPEN), weight=mesh.weight[side]
-    )
+    x = mesh.x[side]
+    state = np.where(x[:, 0] < 0.2, STICK, OPEN)
+    pair = SimpleNamespace(x=x, state=state, weight=mesh.weight[side])
     found = SimpleNamespace(
         pairs={"c": pair},
-        meshes={"body": mesh},
-        sides={"c": ("body", "side")},
+        meshes=solution.meshes,
+        sides={"c": ("cylinder", "side")},
         nodes={"c": side},
-        problem=SimpleNamespace(units=SimpleNamespace(length="mm")),
+        problem=solution.problem,
     )
     chart = Chart.of(found, "c")
-    assert chart.names == ("angle from x [degree]", "z [mm]") and abs(chart.middle) == 180.0
+    assert chart.names == ("angle from x [degree]", "z") and abs(chart.middle) == 180.0
     at = chart.at(pair.x)
     around = np.radians(at[:, 0])
     radius = np.hypot(*pair.x[:, :2].T)
