@@ -131,6 +131,7 @@ LOST = "without a face that is neither held nor in contact; not taken"
         ("*SURFACE, NAME=HIGH/1001, S2", "HIGH: faces inside of 1 element (1001); not taken"),
         ("*NSET, NSET=LOST/1, 500, 501, 502", "3 nodes (500, 501, ...) not there; not taken"),
         ("*BOUNDARY, AMPLITUDE=UP/FOOT, 1", "*BOUNDARY: AMPLITUDE=UP; not taken"),
+        ("*BOUNDARY, TYPE=VELOCITY/FOOT, 1", "*BOUNDARY: TYPE=VELOCITY; not taken"),
         ("*CONTACT PAIR, INTERACTION=RUB/HIGH", "contact of a surface with itself; not taken"),
         ("*FRICTION/0.3, 0.0/0.2, 1.0", "slip rate, pressure or temperature; the first is taken"),
         ("*ELEMENT, TYPE=B31/99, 1, 2", "*ELEMENT, TYPE=B31: not taken"),

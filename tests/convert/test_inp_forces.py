@@ -96,6 +96,7 @@ def test_a_force_inside_is_one_at_a_point_and_the_volume_turns(tmp_path):
     more += ["*END STEP", "*STEP", "*CLOAD", "5, 1, 7.", "*DLOAD", "ALL, GRAV, 9., 0., -1., 0."]
     problem, _ = converted(tmp_path, block("CPS4", "*BOUNDARY", "FOOT, 1, 2", *more))
     (body,) = problem.body
+    assert (body.material.plane, body.material.density) == ("stress", 2.0)
     assert body.point_force[0].at == (0.5, 0.5) and body.point_force[0].force == (3.0, 0.0)
     assert body.loads.angular_velocity == 2.0 and body.loads.centre == (0.5, 0.5)
     assert problem.step[1].point_force[0].force == (7.0, 0.0)
@@ -103,10 +104,14 @@ def test_a_force_inside_is_one_at_a_point_and_the_volume_turns(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("behaviour", "normal", "coefficient"),
-    [("PRESSURE-OVERCLOSURE=TIED", "bonded", None), ("NO SEPARATION", "bilateral", 0.3)],
+    ("statement", "behaviour", "normal", "coefficient"),
+    [
+        ("*TIE, NAME=T", "PRESSURE-OVERCLOSURE=HARD", "bonded", None),
+        ("*CONTACT PAIR, INTERACTION=I", "PRESSURE-OVERCLOSURE=TIED", "bonded", None),
+        ("*CONTACT PAIR, INTERACTION=I", "NO SEPARATION", "bilateral", 0.3),
+    ],
 )
-def test_what_a_contact_is_and_its_clearance(behaviour, normal, coefficient, tmp_path):
+def test_what_a_contact_is_and_its_clearance(statement, behaviour, normal, coefficient, tmp_path):
     low, _ = grid([0.0, 0.0], [1.0, 1.0], (1, 1), 1, 1, "CPE4", "ALL")
     high, _ = grid([0.0, 1.0], [1.0, 2.0], (1, 1), 11, 11, "CPE4", "ALL")
     contact = [
@@ -117,7 +122,7 @@ def test_what_a_contact_is_and_its_clearance(behaviour, normal, coefficient, tmp
     ]
     contact += ["*SURFACE, NAME=LOW", "1, S3", "*SURFACE, NAME=HIGH, TYPE=NODE", "11", "13"]
     contact += ["*CLEARANCE, MASTER=LOW, SLAVE=HIGH, VALUE=0.01"]
-    contact += ["*CONTACT PAIR, INTERACTION=I", "HIGH, LOW", "*BOUNDARY", "1, 1, 2", "3, 1, 2"]
+    contact += [statement, "HIGH, LOW", "*BOUNDARY", "1, 1, 2", "3, 1, 2"]
     problem, notes = converted(tmp_path, "\n".join([*low, *high, MATERIAL.strip(), *contact]))
     (pair,) = problem.contact
     assert (pair.normal, pair.friction_coefficient, pair.gap) == (normal, coefficient, 0.01)
