@@ -8,50 +8,42 @@ far sides carry the exact displacement and traction. `scripts/verify` prints err
 from __future__ import annotations
 
 import itertools
-import tomllib
 
 import numpy as np
 import pytest
-from problems import block, contact_pair
+from shapes import moved, problem, rectangle, solid, touching
+from smooth_field import pull
 from verification.cases.half_planes import SHEAR, TWO, cattaneo_field
 
-from petcontact import Problem
-from petcontact.model.base import parse
 from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.adapt import loop as adaptive
 from petcontact.pipeline.pose import discretise as assemble
 from petcontact.pipeline.run import prepare, run
 
-TEXT = (
-    block("lower", [-3, -3], [3, 0], bottom=[0.0, 0.0])
-    + block("upper", [-3, 0], [3, 3], top=[0.0, 0.0])
-    + contact_pair("pair", "lower.top", "upper.bottom", 0.4, "x**2/2")
-    + "[[step]]\nincrements = 1\n"
-)
 
-
-def discretise(problem, make_mesh=None, law=None, pushes=(1.0,)):
-    """The problem with exact data at the ends of its steps, for a shear of these multiples of q."""
-    discrete = assemble.discretise(problem, make_mesh, law)
+def discretise(posed, make_mesh=None, law=None):
+    """The problem with exact data at the end of its step."""
+    discrete = assemble.discretise(posed, make_mesh, law)
     for sign, far, mesh, data in zip(
         (1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.data, strict=True
     ):
-        n, part = mesh.normal, np.array(mesh.part_names)[mesh.node_part]
+        part = np.array(mesh.part_names)[mesh.node_part]
         held, sides = part == far, (part == "left") | (part == "right")
-        for push, value in zip(pushes, data.value[1:], strict=True):
-            u, xx, yy, xy = cattaneo_field(sign * mesh.x, push)
-            value[held] = sign * u[held]
-            value[sides] = np.column_stack(
-                [xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]]
-            )[sides]
+        u, *stress = cattaneo_field(sign * mesh.x)
+        data.value[1, held] = sign * u[held]
+        data.value[1, sides] = pull(np.column_stack(stress), mesh.normal)[sides]
     return discrete
 
 
 def blocks(**mesh):
-    data = tomllib.loads(TEXT)
-    for body in data["body"]:
-        body["mesh"] = mesh
-    return parse(Problem, data, "exact blocks")
+    held = {"lower": ([-3, -3], [3, 0], "bottom"), "upper": ([-3, 0], [3, 3], "top")}
+    bodies = [
+        solid(name, rectangle(low, high), moved(far, [0.0, 0.0]), mesh=mesh)
+        for name, (low, high, far) in held.items()
+    ]
+    law = {"friction_coefficient": 0.4, "gap": "x**2/2"}
+    pair = touching("pair", "lower.top", "upper.bottom", **law)
+    return problem(body=bodies, contact=[pair], step=[{"increments": 1}])
 
 
 def errors(solution):
@@ -65,8 +57,8 @@ def errors(solution):
 
 
 def solved(**mesh):
-    problem = blocks(**mesh)
-    solution = run(prepare(problem, discrete=discretise(problem)))
+    posed = blocks(**mesh)
+    solution = run(prepare(posed, discrete=discretise(posed)))
     assert solution.converged, solution.reason
     return solution
 
