@@ -8,7 +8,6 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from petcontact.geometry.surface import FacetSurface, checked_surface
 from petcontact.mesh.curved.panels import CurvedPanels, make_curved_panels
 
 GOLDEN = 0.5 * (1.0 + 5.0**0.5)
@@ -38,31 +37,6 @@ def icosphere(pieces: int) -> np.ndarray:
     middles = corners + np.roll(corners, -1, axis=1)
     return np.concatenate(
         [corners, middles / np.linalg.norm(middles, axis=2, keepdims=True)], axis=1
-    )
-
-
-def as_surface(parts: dict[str, np.ndarray], name: str = "test") -> FacetSurface:
-    """A checked surface of curved triangles (n, 6, 3) or quadrilaterals (n, 9, 3), by the names of
-    parts."""
-    points, cells, part, count = [], [], [], 0
-    for number, own in enumerate(parts.values()):
-        corners = 3 if own.shape[1] == 6 else 4
-        some = np.full((len(own), 9), -1)
-        numbers = count + np.arange(own.shape[0] * own.shape[1]).reshape(own.shape[:2])
-        some[:, :corners], some[:, 4 : 4 + own.shape[1] - corners] = (
-            numbers[:, :corners],
-            numbers[:, corners:],
-        )
-        points.append(own.reshape(-1, 3))
-        cells.append(some)
-        part.append(np.full(len(own), number))
-        count += own.shape[0] * own.shape[1]
-    every, cells = np.concatenate(points), np.concatenate(cells)
-    _, first, number = np.unique(every.round(9), axis=0, return_index=True, return_inverse=True)
-    cells = np.where(cells >= 0, number.ravel()[cells], -1)
-    return checked_surface(
-        FacetSurface(every[first], cells[:, :4], np.concatenate(part), tuple(parts), cells[:, 4:]),
-        name,
     )
 
 

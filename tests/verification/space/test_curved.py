@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy
-from curved_bodies import as_surface, icosphere, written
+from curved_bodies import icosphere, written
 from shapes import closing, drawn, elastic, problem, rollers, solid, touching
 
 import petcontact
@@ -109,9 +109,11 @@ def test_what_is_refused_in_one_line(tmp_path: Path) -> None:
         assert "\n" not in str(caught.value)
 
 
-def test_cavities_of_curved_cells_point_inward() -> None:
+def test_cavities_of_curved_cells_point_inward(tmp_path: Path) -> None:
     inner = icosphere(1)
-    mesh = facet_mesh(as_surface({"inner": inner, "outer": 2.0 * inner[:, [0, 2, 1, 5, 4, 3]]}), 2)
+    parts = {"inner": inner, "outer": 2.0 * inner[:, [0, 2, 1, 5, 4, 3]]}
+    file = written(tmp_path / "shell.msh", parts)
+    mesh = facet_mesh(gmsh_surface(read_msh(file), file), 2)
     outward = np.sum(mesh.normal * mesh.x, axis=1)
     assert np.all(outward[mesh.nodes_of("inner")] < 0.0)
     assert np.all(outward[mesh.nodes_of("outer")] > 0.0)
