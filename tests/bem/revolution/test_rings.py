@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from kernel_oracle import free
 from marks import some
 from ring_oracle import Arc
 from shapes import drawn, elastic, outline, problem, rectangle, rollers
@@ -80,7 +81,7 @@ def test_forces_of_rings():
     assert np.abs(on_axis[:, 2]).max() == 0.0
     # a short element of constant traction, and the ring in its middle
     elements = elements_of(Arc((1.0, 0.0), 0.5 * np.pi, 1e-4, 0.0), 0)
-    targets = targets_at(x)
+    targets = free(x)
     g, _ = solution.integrals(targets, elements)
     by_t, _ = solution.stress_integrals(targets, elements)
     at, force = np.array([[1.0, 5e-5]]), 2.0 * np.pi * 1e-4
@@ -114,11 +115,6 @@ def elements_of(arc, order):
     return Elements(arc.start[None], arc.end[None], bent, order, line, np.array([3]))
 
 
-def targets_at(points):
-    nowhere = np.full(len(points), -1)
-    return Targets(np.array(points), nowhere, nowhere, np.zeros(len(points)))
-
-
 def places(arc):
     """Places beside an element whose points are not behind the axis."""
     return [(s, h * arc.half) for s, h in PLACES if arc.beside(s, h * arc.half)[0] >= 0.0]
@@ -140,7 +136,7 @@ def test_elements_of_all_orders_at_all_distances(name):
     where = places(arc)
     assert len(where) > 4
     expected = [arc.integrals(s, h, NU, range(6)) for s, h in where]
-    targets = targets_at([arc.beside(s, h) for s, h in where])
+    targets = free([arc.beside(s, h) for s, h in where])
     for order in range(6):
         for tolerance, allowed in ((None, 3e-9), (1e-12, 3e-12)):
             found = adaptive(tolerance).integrals(targets, elements_of(arc, order))
@@ -175,7 +171,7 @@ def test_panels_that_end_a_rounding_short_of_the_axis():
 
 def test_points_on_the_axis_move_along_it_alone():
     arc = ELEMENTS["cap"]
-    targets = targets_at([(0.0, 0.2), (0.0, -0.9), (0.0, -0.999)])
+    targets = free([(0.0, 0.2), (0.0, -0.9), (0.0, -0.999)])
     elements = elements_of(arc, 3)
     for kernels in adaptive().integrals(targets, elements):
         assert np.abs(kernels[[0, 2]]).max() < 1e-11
