@@ -9,6 +9,7 @@ import numpy as np
 from kelvin_oracle import kelvin
 
 from petcontact.arrays import Array
+from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.geometry.quadratic import REFERENCE
 from petcontact.mesh.curved.panels import CurvedPanels
 from petcontact.mesh.panels import Panels, make_panels, monomials, rule_points
@@ -44,6 +45,16 @@ def by_subdivision(
         parts = [value @ (weight[0][:, None] * basis) for value in values]
         totals = [a + b for a, b in zip(totals, parts, strict=True)] if totals else parts
     return totals
+
+
+def worst(points: Array, panel: Panels | CurvedPanels, nu: float, **how: float) -> float:
+    """The largest relative error of both kernels at points off a panel."""
+    exact = zip(*(by_subdivision(panel, x, nu) for x in points), strict=True)
+    return max(
+        np.abs(ours[..., k] - values).max() / np.abs(values).max()
+        for ours, true in zip(integrals(points, panel, nu, **how), exact, strict=True)
+        for k, values in enumerate(true)
+    )
 
 
 def _placed(panel: Panels | CurvedPanels, local: Array) -> tuple[Array, ...]:

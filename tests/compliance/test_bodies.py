@@ -6,17 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from examples import example
 from marks import slow
 from prepared import Posed
 from variants import Variant, drawn
 
-from petcontact import MeshOptions, Solution, load, solve
+from petcontact import Solution, load, solve
 from petcontact.compliance.body.dense import DenseBody
-from petcontact.compliance.body.full import FullBody
 from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.contact.active_set.pivots import PATIENCE
-from petcontact.model.load_steps import Step
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline import eliminate
 from petcontact.pipeline.eliminate import operators_of
@@ -78,32 +75,6 @@ def test_compressed_body_is_the_dense_one(name, comm):
         assert off < 1e-10 * np.abs(dense.compliance).max()
         for body in (formed, products):
             same_body(body, dense, 1e-10)
-
-
-def two_states(case):
-    """Operators of a body whose normals of contact are held, with a known gap, in two steps of
-    other loads."""
-    boundary = tuple(
-        c.model_copy(update={"gap": "1e-4*(1 + 0.1*x)"}) if c.part == "bottom" else c
-        for c in case.boundary
-    )
-    push = {"part": "left", "value": [3.0, 4.0]}
-    steps = (Step(name="first"), Step(name="second", boundary=(push,)))
-    discrete = discretise(case.model_copy(update={"boundary": boundary, "step": steps}))
-    assert discrete.interfaces[0].held and discrete.data[0].states == 3
-    return operators_of(discrete, 0)
-
-
-def test_bodies_that_are_held_agree_in_two_load_states(comm):
-    operators, modes = two_states(example(1, mesh=MeshOptions(element_size=0.25)))
-    assert operators.data.contact_shape[1] == 1
-    assert np.abs(operators.data.value[1] - operators.data.value[2]).max() > 1.0
-    dense = DenseBody(operators, modes, comm)
-    assert np.abs(dense.u_0[1] - dense.u_0[2]).max() > 1e-3 * np.abs(dense.u_0).max()
-    full = FullBody(operators, modes, comm)
-    same_body(HodlrBody(operators, modes, TIGHT, comm, 0), dense, 1e-9)
-    same_body(full, dense, 1e-10)
-    full.close()
 
 
 @pytest.mark.slow

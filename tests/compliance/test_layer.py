@@ -31,32 +31,6 @@ def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
     assert values.real.min() > 0.8 and values.real.max() < 1.8 and np.abs(values.imag).max() < 0.05
 
 
-@pytest.mark.parametrize(
-    "mesh",
-    [
-        MeshOptions(element_size=0.1),
-        GRADED,
-        MeshOptions(element_size=0.025),
-        MeshOptions(element_size=0.05, order=2),
-    ],
-)
-def test_operations_agree_with_the_matrix(mesh):
-    layer = layer_of(operators(example(1, mesh=mesh)))
-    layer.scale = 1.7
-    matrix = layer.matrix()
-    rng = np.random.default_rng(8)
-    x, stick = rng.standard_normal((layer.size, 1)), rng.random((layer.size, 1)) < 0.6
-    assert np.allclose(
-        layer.apply(x), matrix @ x, rtol=1e-10, atol=1e-10 * np.abs(matrix @ x).max()
-    )
-    assert np.allclose(layer.apply(layer.solve(x)), x, atol=1e-8)
-    assert np.allclose(
-        x + 5e3 * matrix @ layer.solve(x + 5e3 * matrix @ x, 5e3), x + 5e3 * matrix @ x, atol=1e-8
-    )
-    found = layer.stick_solve(stick, x)
-    assert np.allclose((matrix @ found)[stick], x[stick], atol=1e-7) and not found[~stick].any()
-
-
 def test_compressed_strip_is_the_dense_one(monkeypatch):
     """To the tolerance of the compression; its own products and solves belong together to
     round-off."""

@@ -8,7 +8,7 @@ from examples import example
 from prepared import Posed, filled
 
 from petcontact import MeshOptions, Method, SolverError
-from petcontact.runtime.petsc import options, petsc
+from petcontact.runtime.petsc import options
 
 CASE = example(2, mesh=MeshOptions(element_size=0.5, order=1))
 FULL = CASE.model_copy(update={"method": Method(formulation="full")})
@@ -69,19 +69,3 @@ def test_a_ksp_that_fails_raises_with_petscs_reason(case, comm):
     ):
         system = Posed(case, comm).system
         system.robin(1e4, np.ones_like(system.u_0))
-
-
-def test_lu_is_factored_again_only_when_rho_changes(comm):
-    module = petsc()
-    module.Log.begin()
-    posed = Posed(CASE, comm)
-    event = module.Log.Event("MatLUFactor")
-    f = np.ones_like(posed.system.u_0)
-
-    def factorisations(rho):
-        before = event.getPerfInfo()["count"]
-        posed.system.robin(rho, f)
-        return event.getPerfInfo()["count"] - before
-
-    assert [factorisations(rho) for rho in (10.0, 10.0, 20.0, 20.0, 10.0)] == [1, 0, 1, 0, 1]
-    posed.close()

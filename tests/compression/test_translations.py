@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hodlr_kernels import Mixed, Partial, circle, compressed, dense, polygon, together
+from hodlr_kernels import Mixed, circle, compressed, dense, polygon, together
 
 from petcontact.compression.hodlr import Stretch, factor
 
@@ -51,25 +51,3 @@ def test_rows_and_solutions_to_the_tolerance(name, tol):
     b = np.cos(np.arange(len(exact)))
     x = factor(matrix, use_up=True).solve(b)
     assert np.abs(exact @ x - b).max() <= 1e4 * tol
-
-
-@pytest.mark.parametrize("alike", [True, False])
-def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
-    nodes = outline("square")
-    side = np.arange(len(nodes)) // PER_SIDE
-    single, chosen = side % 2 == 0, side == 0
-    operator, beside = Mixed(nodes, single), Partial(nodes, chosen)
-
-    def both(rows, columns):
-        return [operator(rows, columns), beside(rows, columns)]
-
-    serve = both, [operator.col_offsets, beside.col_offsets]
-    matrix = compressed(operator, 1e-9, LEAF, serve=serve, stretches=sides(beside=alike))
-    other = matrix.with_columns(beside, beside.col_offsets)
-    on_first = [
-        c.follows for level in other.parts[0].levels for c in level.clusters if c.stop <= PER_SIDE
-    ]
-    assert any(on_first) == alike and followers(other) > 0
-    exact = dense(beside)
-    error = np.linalg.norm(other @ np.eye(exact.shape[1]) - exact, axis=1).max()
-    assert error <= 5e-9 * np.linalg.norm(exact, axis=1).max()

@@ -62,24 +62,6 @@ def test_arc_through_points_of_a_line():
         turn_through(np.zeros(2), np.array([4.0, 4.0]), np.array([3.0, 3.0]))
 
 
-def test_loops_are_turned_the_right_way_round_and_the_largest_is_the_outer_one():
-    hole = Circle(part="hole", center=(2.0, 2.0), radius=0.5)
-    clockwise = tuple(
-        {"part": s["part"], "to": to}
-        for s, to in zip(SQUARE[::-1], [(0, 4), (4, 4), (4, 0), (0, 0)], strict=False)
-    )
-    for loops in [(SQUARE, hole), (hole, SQUARE), (hole, clockwise)]:
-        body = outline(*loops)
-        assert [loop[0].part == "hole" for loop in body.loops] == [False, True]
-        for loop, area in zip(body.loops, (16.0, -0.25 * math.pi), strict=False):
-            ring = np.vstack([side.point(np.linspace(0.0, 1.0, 200)[:-1]) for side in loop])
-            (x, y), (u, v) = ring.T, np.roll(ring, -1, axis=0).T
-            assert 0.5 * np.sum(x * v - y * u) == pytest.approx(area, rel=1e-4)
-    assert set(body.parts) == {"bottom", "right", "top", "left", "hole"}
-    bottom = next(side for side in body.sides if side.part == "bottom")
-    assert np.array_equal(np.sort([bottom.start[0], bottom.end[0]]), [0.0, 4.0])
-
-
 def polygon(*vertices):
     return Polygon(vertices=vertices, parts=tuple("abcd"[: len(vertices)])).outline()
 

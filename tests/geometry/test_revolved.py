@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from curved_bodies import vector_area
-from marks import slow
 
 from petcontact import Circle, InputError, Revolved
 from petcontact import OutlineSide as Side
 from petcontact.mesh.panelling import round_mesh
-from petcontact.refinement.panels.quartering import cut
 
 PI = np.pi
 BALL = [Side("ball", (1, 0), radius=1.0), Side("ball", (0, 1), radius=1.0), Side("axis", (0, -1))]
@@ -59,16 +57,6 @@ def test_area_and_volume_are_those_of_quadratic_panels(name):
     mesh = measures(body, 0.5)[0]
     assert np.abs(vector_area(mesh)).max() < 1e-13 * mesh.weight.sum()
     assert max(batch.elements.distortion.max() for batch in mesh.batches()) < 2.0
-
-
-@pytest.mark.parametrize("name", ["cone", "cylinder", "slice of a ball", slow("half torus")])
-def test_a_surface_of_which_all_panels_are_cut_stays_closed(name):
-    """Plane faces follow the round ones at their rims."""
-    surface = CASES[name][0].outline()
-    mesh = round_mesh(surface, 0.8, 2)
-    for _ in range(2):
-        mesh = cut(mesh, np.ones((mesh.n_elements, 2), dtype=bool), surface)
-        assert np.abs(vector_area(mesh)).max() < 1e-13 * mesh.weight.sum()
 
 
 def corners(*ends):

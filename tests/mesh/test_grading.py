@@ -77,16 +77,6 @@ def test_graded_mesh_shrinks_by_the_ratio_towards_corners_and_points():
         assert piece[0] == pytest.approx(0.5 * whole * 0.4**6, rel=1e-9)
 
 
-def test_smooth_joints_are_not_graded():
-    """The rim is one part without a corner: equal elements of 30 degrees. The toe is graded where
-    its part ends."""
-    m = mesh(RING)
-    assert np.allclose(m.length[m.part == 0], 2.0 * np.pi / 6.0) and np.sum(m.part == 0) == 12
-    m = mesh(TOE, levels=8)
-    toe = m.length[m.part == m.part_names.index("toe")]
-    assert toe[0] == pytest.approx(toe[-1]) and toe[0] < 1e-3
-
-
 def test_graded_point_off_the_boundary_is_refused():
     with pytest.raises(InputError, match=r"graded_points: \[3.0, 0.1\] lies 0.1 off the boundary"):
         mesh(BOX, graded_points=((3.0, 0.1),))

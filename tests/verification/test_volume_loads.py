@@ -23,7 +23,6 @@ from petcontact import InputError, read_result, solve
 pytestmark = pytest.mark.usefixtures("unestimated")
 
 E, NU, RHO, ALPHA = 1000.0, 0.3, 2.0, 1e-3
-G = 10.0
 
 
 WALLS = [closing("bottom"), *rollers("left", "right"), drawn("top", [0, 0])]
@@ -204,38 +203,6 @@ def test_a_shrink_fit_loosens_with_speed():
     for step, share in zip(solution.steps, shares, strict=True):
         exact = still * max(0.0, 1.0 - share**2)
         assert np.abs(step.pairs["fit"].pressure - exact).max() < 1e-6 * still
-
-
-def test_half_a_problem_at_30_degrees_is_the_whole():
-    turn = np.array([[np.cos(np.pi / 6), -0.5], [0.5, np.cos(np.pi / 6)]])
-
-    def solved(points, names, sides):
-        corners = [(turn @ p).tolist() for p in points]
-        foot = closing("foot", normal="unilateral", friction_coefficient=0.3)
-        top = {"part": "top", "condition": "traction", "pressure": 5.0}
-        weight = (turn @ [0.0, -G]).tolist()
-        return solve(
-            problem(
-                material=steel(),
-                geometry={"shape": "polygon", "vertices": corners, "parts": names},
-                mesh={"element_size": 0.125, "order": 2},
-                boundary=[foot, top, drawn("right", [0, 0]), *sides],
-                loads={"acceleration": weight, "temperature": "1.0*(x**2+y**2)"},
-            )
-        )
-
-    points = [(-1.5, 0), (0, 0), (1.5, 0), (1.5, 1.5), (0, 1.5), (-1.5, 1.5)]
-    names = ["foot", "foot", "right", "top", "top", "left"]
-    whole = solved(points, names, [drawn("left", [0, 0])])
-    half = solved(points[1:5], ["foot", "right", "top", "middle"], rollers("middle"))
-    inside = np.array([[0.7, 0.8], [0.3, 0.2], [1.2, 0.3]]) @ turn.T
-    one, other = (solution.stress_at(inside) for solution in (whole, half))
-    assert np.abs(one - other).max() < 1e-4 * np.abs(one).max()
-    ours, theirs = half.pairs["foot"], whole.pairs["foot"]
-    nearest = np.argmin(np.linalg.norm(ours.x[:, None] - theirs.x, axis=2), axis=1)
-    assert np.abs(ours.pressure - theirs.pressure[nearest]).max() < 1e-4 * theirs.pressure.max()
-    across = half.traction[half.mesh.nodes_of("middle")] @ (turn @ [0.0, 1.0])
-    assert np.abs(across).max() < 1e-13 * theirs.pressure.max()
 
 
 DENSE, SOFT, WEIGHT = steel(), elastic(E, NU), {"acceleration": [0, -1]}

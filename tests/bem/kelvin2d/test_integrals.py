@@ -13,7 +13,6 @@ from kernel_oracle import (
     free,
     nearest,
     nodes_of,
-    outline,
     reference,
     reference_self,
 )
@@ -52,14 +51,6 @@ KINDS = [(order, 0.0) for order in ORDERS] + [
     for k in (0, 3)
 ]
 RATIO, LENGTH = 0.3, 3.0
-
-
-def matrices(elements, targets):
-    """½I + H and G as matrices over nodes, component fastest."""
-    g, h = integrals(targets, elements, RATIO, 10.0)
-    n = len(targets.line)
-    flat = [k.transpose(3, 0, 2, 1).reshape(2 * n, -1) for k in (g, h)]
-    return flat[1] + 0.5 * np.eye(2 * n), flat[0]
 
 
 def assert_as_reference(element, size, point, tolerance=1e-12):
@@ -122,34 +113,7 @@ def test_collinear_neighbours(order):
             assert block_error(h[:, :, columns, k], expected_h) < 1e-11
 
 
-@pytest.mark.parametrize("order", ORDERS)
-def test_neighbours_on_one_circle(order):
-    corner = np.linspace(0, 2 * np.pi, 10)
-    vertex = np.array([0.3, -0.2]) + 2.0 * np.stack([np.cos(corner), np.sin(corner)], axis=1)
-    vertex[-1] = vertex[0]
-    elements, targets = outline(vertex[:-1], [0.0, 1.0], order, np.full(9, 0.5))
-    g, h = integrals(targets, elements, RATIO, LENGTH)
-    element = Element(elements.start[4], elements.end[4], 0.5, order)
-    columns = slice(4 * (order + 1), 5 * (order + 1))
-    for k in np.flatnonzero(np.isin(targets.element, [2, 3, 5, 8]))[::2]:
-        expected_g, expected_h = reference(element, targets.point[k], RATIO, LENGTH)
-        assert block_error(g[:, :, columns, k], expected_g) < 1e-13
-        assert block_error(h[:, :, columns, k], expected_h) < 1e-12
-
-
 def test_centre_of_the_circle():
     """Its preimage is at infinity."""
     element = Element(np.array([2.0, 0.0]), 2 * np.array([np.cos(0.7), np.sin(0.7)]), 0.5, 3)
     assert_as_reference(element, 1.4, np.zeros(2), 1e-14)
-
-
-def test_rigid_motion_on_strongly_graded_sides():
-    """The smallest elements are 1e-8 of a side: what is left is the rounding of their nodes'
-    coordinates."""
-    half = np.concatenate([[0.0], 0.36 ** np.arange(18, 0, -1.0) / 2])
-    shares = np.concatenate([half, [0.5], 1 - half[::-1]])
-    elements, targets = outline([(0, 0), (1, 0), (1, 1), (0, 1)], shares, 3)
-    h, _ = matrices(elements, targets)
-    at_origin = np.repeat(np.hypot(*targets.point.T) < 0.4, 2)
-    error = np.abs(h @ np.tile([1.0, 0.0], len(targets.line)))
-    assert np.max(error[at_origin]) < 1e-12 and np.max(error) < 1e-6

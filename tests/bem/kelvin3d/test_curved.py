@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from curved_bodies import a_curved_panel, icosphere
 from marks import slow
-from panel_oracle import by_subdivision
+from panel_oracle import worst
 
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.geometry.quadratic import REFERENCE
@@ -45,10 +45,7 @@ def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
     else:
         panel = a_curved_panel(3 if shape.endswith("triangle") else 4, order, rng, 0.04)
     points = beside(panel, (0.003, 0.1, 0.4, 1.0, 3.0), rng)
-    exact = zip(*(by_subdivision(panel, x, NU) for x in points), strict=True)
-    for ours, true in zip(integrals(points, panel, NU), exact, strict=True):
-        for k, values in enumerate(true):
-            assert np.abs(ours[..., k] - values).max() <= 1e-8 * np.abs(values).max()
+    assert worst(points, panel, NU) <= 1e-8
 
 
 @pytest.mark.parametrize(
@@ -67,9 +64,7 @@ def test_more_digits_are_there_where_they_are_asked_for(
     rng = np.random.default_rng(seed)
     panel = a_curved_panel(corners, order, rng, warp)
     x = beside(panel, heights, rng)[row : row + 1]
-    exact = by_subdivision(panel, x[0], NU)
-    for ours, true in zip(integrals(x, panel, NU, tolerance=1e-11), exact, strict=True):
-        assert np.abs(ours[..., 0] - true).max() <= 2e-10 * np.abs(true).max()
+    assert worst(x, panel, NU, tolerance=1e-11) <= 2e-10
 
 
 @pytest.mark.parametrize(("corners", "seed", "row"), [(4, 3, 0), (3, 21, 1)])
@@ -84,8 +79,7 @@ def test_points_beside_a_side_have_their_foot_there(corners: int, seed: int, row
     local = local[local.sum(axis=1) <= 1.0 + 1e-12] if corners == 3 else local
     brute = np.linalg.norm(panel.at(local[None])[0][0] - x, axis=1).min()
     assert panel.nearest(x)[1][0] <= brute < 1.5 * panel.nearest(x)[1][0]
-    for ours, exact in zip(integrals(x, panel, NU), by_subdivision(panel, x[0], NU), strict=True):
-        assert np.abs(ours[..., 0] - exact).max() < 1e-8 * np.abs(exact).max()
+    assert worst(x, panel, NU) < 1e-8
 
 
 @pytest.mark.parametrize("order", range(4))
@@ -111,13 +105,3 @@ def test_a_flat_panel_has_its_closed_form(order: int) -> None:
                 np.abs(ours - exact).max(axis=(0, 1, 2))
                 <= 2e-8 * np.abs(exact).max(axis=(0, 1, 2)) + 2e-9
             )
-
-
-@pytest.mark.parametrize(("corners", "order"), [(3, 2), (4, 0)])
-def test_digits_do_not_depend_on_the_company(corners: int, order: int) -> None:
-    """One point or many, at nodes, near and far: the same bits."""
-    rng = np.random.default_rng(10 * corners + order)
-    panel = a_curved_panel(corners, order, rng)
-    points = np.vstack([beside(panel, (0.1, 2.0, 30.0), rng), panel.at(panel.nodes)[0][0]])
-    whole, part = integrals(points, panel, NU), integrals(points[1:4], panel, NU)
-    assert all(np.array_equal(whole[k][..., 1:4], part[k]) for k in range(2))

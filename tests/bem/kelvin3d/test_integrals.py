@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from marks import slow
-from panel_oracle import a_panel, by_subdivision
+from panel_oracle import a_panel, worst
 
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.geometry.gmsh import read_msh
@@ -32,12 +32,8 @@ def test_closed_form_and_gauss_points_against_subdivision(
     rng = np.random.default_rng(seed)
     panel = a_panel(corners, order, rng)
     places = [[*rng.uniform(-1.3, 1.3, 2), rng.choice([-h, h])] for h in (1e-6, 0.02, 0.5, 2.0)]
-    for place in (*places, [1.2, 0.1, 0.0]):
-        x = panel.centre[0] + np.array(place) @ panel.frame[0]
-        for ours, exact in zip(
-            integrals(x[None], panel, NU), by_subdivision(panel, x, NU, points=10), strict=True
-        ):
-            assert np.abs(ours[..., 0] - exact).max() <= 1e-9 * np.abs(exact).max()
+    points = panel.centre[0] + np.array([*places, [1.2, 0.1, 0.0]]) @ panel.frame[0]
+    assert worst(points, panel, NU) <= 1e-9
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])

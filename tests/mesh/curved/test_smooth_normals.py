@@ -61,17 +61,3 @@ RING = [
 def test_of_other_round_surfaces(true, share, loops):
     errors = np.array([error(revolved(loops, size), "round", true) for size in (1.0, 0.5)])
     assert np.all(errors[:, 1] < share * errors[:, 0])
-
-
-@pytest.mark.parametrize("unit_of_length", [1e-3, 1e3])
-def test_they_do_not_depend_on_the_unit_of_length(unit_of_length):
-    """From panels of 2 on they leant by up to .1 rad."""
-    scaled = [
-        {
-            key: value if key == "part" else [unit_of_length * c for c in value]
-            for key, value in side.items()
-        }
-        for side in RING
-    ]
-    one, other = revolved(RING, 1.0), revolved(scaled, unit_of_length)
-    np.testing.assert_allclose(other.smooth_normal, one.smooth_normal, atol=1e-10)

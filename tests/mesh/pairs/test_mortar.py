@@ -186,20 +186,6 @@ def test_what_lies_behind_is_not_faced():
     assert not even[both.x[:, 2] > 0.3].any()
 
 
-def test_the_projection_converges():
-    """A smooth field arrives with order p + 1, the primary having that order, too."""
-    errors = []
-    for count in (6, 12):
-        x, y = np.linspace(0.0, 1.0, count + 1), np.linspace(0.0, 1.0, 4 * count // 3 + 1)
-        one = curve(np.column_stack([x[::-1], 0 * x]), 0.0, 2)
-        other = curve(np.column_stack([y, 0 * y]), 0.0, 2)
-        facing = face(one, "face", other, "face", None)
-        errors.append(
-            np.abs(facing.values @ np.sin(3.0 * other.x[:, 0]) - np.sin(3.0 * one.x[:, 0])).max()
-        )
-    assert errors[0] > 6.0 * errors[1]
-
-
 @pytest.mark.parametrize(("order", "size"), [(1, 0.25), (2, 0.4), slow(3, 0.4)])
 def test_pressure_passes_evenly_between_curved_panels(order, size):
     """A ball in a hollow sphere: panels of one go over the curved sides of those of the other, or
