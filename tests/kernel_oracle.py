@@ -224,35 +224,22 @@ def reference_self(element, xi, poisson_ratio, length):
     xi = Real(xi)
     near, far = 1 - abs(xi), 1 + abs(xi)
     x, weight = gauss(20)
-    pieces = [
-        (Real(0.0) if k == 60 else near * Real(2) ** -(k + 1), near * Real(2) ** -k)
-        for k in range(61)
-    ]
-    g, h = np.zeros((2, 2, element.order + 1), Real), np.zeros((2, 2, element.order + 1), Real)
-
-    def add(offset, weights, traction):
-        # The node itself is the origin: the tangent there, and x - y along the element from it.
-        tangent = element.tangent_first * np.exp(1j * element.angle * (xi + 1))
-        r = element._along(tangent, offset)
-        direction = tangent * np.exp(1j * element.angle * offset)
-        u, t = kelvin(*real(r, direction), poisson_ratio, length)
-        against = basis(element.order, xi + offset) * weights * element.half
-        return u @ against.T, t @ against.T if traction else 0
-
-    for low, high in pieces:
-        offset, w = (low + high) / 2 + (high - low) / 2 * x, (high - low) / 2 * weight
-        for sign in (-1, 1):
-            g += add(sign * offset, w, False)[0]
-    # One panel is enough where the sum of both sides is smooth; away from the node each side is
-    # smooth by itself.
-    offset, w = near / 2 * (1 + x), near / 2 * weight
-    h += add(offset, w, True)[1] + add(-offset, w, True)[1]
+    ends = [near * Real(2) ** -k for k in range(61)] + [Real(0)]
+    pieces = [(low, high, (-1, 1)) for high, low in itertools.pairwise(ends)]
     if far > near:
-        edges = near * (far / near) ** (np.arange(9) / Real(8))
-        for low, high in itertools.pairwise(edges):
-            offset, w = (low + high) / 2 + (high - low) / 2 * x, (high - low) / 2 * weight
-            parts = add(-np.sign(xi) * offset, w, True)
-            g, h = g + parts[0], h + parts[1]
+        ends = near * (far / near) ** (np.arange(9) / Real(8))
+        pieces += [(low, high, (-np.sign(xi),)) for low, high in itertools.pairwise(ends)]
+    g, h = np.zeros((2, 2, 2, element.order + 1), Real)
+    # The node itself is the origin: the tangent there, and x - y along the element from it.
+    tangent = element.tangent_first * np.exp(1j * element.angle * (xi + 1))
+    for low, high, signs in pieces:
+        for sign in signs:
+            offset = sign * ((low + high) / 2 + (high - low) / 2 * x)
+            r = element._along(tangent, offset)
+            direction = tangent * np.exp(1j * element.angle * offset)
+            u, t = kelvin(*real(r, direction), poisson_ratio, length)
+            against = basis(element.order, xi + offset) * (high - low) / 2 * weight * element.half
+            g, h = g + u @ against.T, h + t @ against.T
     return g, h
 
 
