@@ -8,7 +8,7 @@ from examples import example
 from prepared import Posed, layer_of, operators, strips_of
 
 import petcontact.compliance.layer.strips
-from petcontact import Contact, Displacement, MeshOptions, Polygon
+from petcontact import Displacement, MeshOptions
 
 GRADED = MeshOptions(order=3)
 
@@ -70,24 +70,3 @@ def test_held_neighbours_turn_the_reflection(held, comm):
     )
     prepared.close()
     assert values.real.min() > 0.6 and values.real.max() < 2.0
-
-
-def test_parts_that_go_on_into_each_other_are_one_strip():
-    base = example(1)
-    halves = Polygon(
-        vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)),
-        parts=("one", "two", "right", "top", "left"),
-    )
-    boundary = (
-        Contact(part="one", friction_bound=1.0),
-        Contact(part="two", friction_bound=2.0),
-        *base.boundary[1:3],
-        Contact(part="right", friction_bound=3.0),
-    )
-    ops = operators(base.model_copy(update={"geometry": halves, "boundary": boundary}))
-    bottom, right = strips_of(ops)
-    assert bottom.length.sum() == pytest.approx(8.0) and right.length.sum() == pytest.approx(4.0)
-    # each of the two holds the other's tangent at their corner, the clamped top holds the right
-    # side's other end
-    assert bottom.ends == (1.0, -1.0) and right.ends == (-1.0, -1.0)
-    assert np.array_equal(np.sort(np.concatenate([bottom.nodes, right.nodes])), np.arange(120))

@@ -3,29 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from examples import example
 from prepared import operators
 
-from petcontact import MeshOptions, load
+from petcontact import MeshOptions
 from petcontact.bem.operators import BoundaryOperators
 from petcontact.compliance.body.stretches import stretches_of
 from petcontact.compression.hodlr import Stretch
 
-CONFIGS = Path(__file__).parents[2] / "configs"
-
 
 def found(**changes):
     ops = operators(example(1, **changes))
-    return stretches_of(ops.mesh, ops)
-
-
-def under(traction):
-    """Where Example 1 has another traction on the left."""
-    ops = operators(load(CONFIGS / "example1.toml", {"boundary.2.value": [traction, 0.0]}))
     return stretches_of(ops.mesh, ops)
 
 
@@ -47,11 +38,6 @@ def test_a_drift_is_no_round_off():
         if name in ("start", "end")
     }
     assert [s.start for s in stretches_of(replace(ops.mesh, **moved), ops)] == [160, 240, 400]
-
-
-def test_data_that_vary_are_columns_of_their_own():
-    assert [s.beside for s in under("400 + y")] == [True, True, True, False]
-    assert [(s.start, s.stop) for s in under("400*(y > 2)")][3:] == [(400, 440), (440, 480)]
 
 
 def test_entries_that_do_not_repeat_are_noticed(monkeypatch):

@@ -169,18 +169,6 @@ def test_panels_that_end_a_rounding_short_of_the_axis():
         assert all(np.isfinite(part).all() for part in kernels)
 
 
-def test_points_on_the_axis_move_along_it_alone():
-    arc = ELEMENTS["cap"]
-    targets = free([(0.0, 0.2), (0.0, -0.9), (0.0, -0.999)])
-    elements = elements_of(arc, 3)
-    for kernels in adaptive().integrals(targets, elements):
-        assert np.abs(kernels[[0, 2]]).max() < 1e-11
-        assert np.abs(kernels[1, :2]).min() > 0.0
-    for kernels in adaptive().stress_integrals(targets, elements):
-        np.testing.assert_allclose(kernels[3], kernels[0], rtol=1e-12, atol=1e-12)
-        assert np.abs(kernels[[2, 4, 5]]).max() < 1e-12 * np.abs(kernels).max()
-
-
 def half_ring():
     """A half ring with a hole of half its radius, without the axis: orders 0 to 5."""
     whole = mesh_outline(SideBySide(**SHELL).outline(), MeshOptions(element_size=0.25))

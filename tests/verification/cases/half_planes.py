@@ -225,46 +225,27 @@ def _cattaneo(sign, push):
 
 def cattaneo():
     """Press, +Q, -Q, +Q."""
-    held = {
-        "lower": (1.0, SIDES, (-L, -L), (L, 0.0)),
-        "upper": (-1.0, ("left", "top", "right"), (-L, 0.0), (L, L)),
-    }
     edges = [(x, 0.0) for x in (-1.0, -STICK, STICK, 1.0)]
-    mesh = MeshOptions(1.0, order=4, grading=0.3, levels=6, graded_points=edges)
-    bodies = [
-        Body(
-            name,
-            STEEL,
-            Rectangle(low, high),
-            mesh if name == "lower" else MeshOptions(1.0, order=4),
-            boundary=[Displacement(part, _cattaneo(sign, 0.0)) for part in parts],
-        )
-        for name, (sign, parts, low, high) in held.items()
-    ]
-    steps = [
-        Step(
-            name,
-            boundary=[
-                BoundaryChange(body=body, part=part, value=_cattaneo(sign, push))
-                for body, (sign, parts, _, _) in held.items()
-                for part in parts
-            ],
-        )
-        for name, push in (("press", 0.0), ("push", 1.0), ("pull", -1.0), ("push again", 1.0))
-    ]
+    graded = MeshOptions(1.0, order=4, grading=0.3, levels=6, graded_points=edges)
+    bodies, pushes = [], {"press": 0.0, "push": 1.0, "pull": -1.0, "push again": 1.0}
+    changes = {name: [] for name in pushes}
+    for name, sign, far, mesh in (
+        ("lower", 1.0, "bottom", graded),
+        ("upper", -1.0, "top", MeshOptions(1.0, order=4)),
+    ):
+        low, high = sorted((0.0, -sign * L))
+        parts, shape = ("left", far, "right"), Rectangle((-L, low), (L, high))
+        held = [Displacement(part, _cattaneo(sign, 0.0)) for part in parts]
+        bodies.append(Body(name, STEEL, shape, mesh, boundary=held))
+        for step, push in pushes.items():
+            value = _cattaneo(sign, push)
+            changes[step] += [BoundaryChange(body=name, part=part, value=value) for part in parts]
+    sides = {"secondary": "lower.top", "primary": "upper.bottom"}
     return Problem(
         title="Cattaneo and Mindlin: two blocks pushed to and fro",
         body=bodies,
-        step=steps,
-        contact=[
-            Pair(
-                "pair",
-                secondary="lower.top",
-                primary="upper.bottom",
-                gap="x**2/2",
-                friction_coefficient=MU,
-            )
-        ],
+        step=[Step(name, boundary=change) for name, change in changes.items()],
+        contact=[Pair("pair", **sides, gap="x**2/2", friction_coefficient=MU)],
     )
 
 
