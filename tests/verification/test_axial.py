@@ -2,47 +2,33 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import meshio
 import numpy as np
 import pytest
 from axial_forms import indented, indented_errors
 from climbs import solved
 from random_revolution import random_revolution
-from shapes import touching
+from shapes import closing, drawn, elastic, moved, problem, rectangle, rollers, solid, touching
 
 from petcontact import InputError, adapt, operators, solve
-from petcontact.model.case import parse_problem
 from petcontact.pipeline.superelement import condensed_body
 
-STEEL = {"young_modulus": 100.0, "poisson_ratio": 0.3}
 E, NU = 100.0, 0.3
-LOADED = {**STEEL, "density": 2.0, "thermal_expansion": 1e-3}
-FREE = {"condition": "traction", "value": [0, 0]}
-SLIDING = {"condition": "symmetry"}
-CLAMPED = {"condition": "displacement", "value": [0, 0]}
+LOADED = {**elastic(E, NU), "density": 2.0, "thermal_expansion": 1e-3}
 
 
-def rectangle(lower, upper, **more):
-    return {"geometry": {"shape": "rectangle", "lower_left": lower, "upper_right": upper}, **more}
-
-
-def problem(**data):
-    return parse_problem({"symmetry": "axial", **data}, "case.toml", {}, Path())
-
-
-def parts(**conditions):
-    return [{"part": part, **condition} for part, condition in conditions.items()]
+def axial(**tables):
+    return problem(symmetry="axial", **tables)
 
 
 @pytest.mark.parametrize("load", [{"angular_velocity": 3.0}, {"temperature": "x"}])
 def test_speed_and_heat_of_a_tube(load):
     """σ_rr and σ_θθ in a long tube, 1 < r < 2, between planes of symmetry."""
-    posed = problem(
+    posed = axial(
         material=LOADED,
-        boundary=parts(left=FREE, right=FREE, bottom=SLIDING, top=SLIDING),
-        **rectangle([1, 0], [2, 1], mesh={"element_size": 0.5, "order": 3}),
+        geometry=rectangle([1, 0], [2, 1]),
+        mesh={"element_size": 0.5, "order": 3},
+        boundary=[drawn("left", [0, 0]), drawn("right", [0, 0]), *rollers("bottom", "top")],
         loads=load,
     )
     body, x = operators(posed).body, np.array([[1.2, 0.3], [1.7, 0.6]])
@@ -60,21 +46,16 @@ def test_speed_and_heat_of_a_tube(load):
     assert state.sigma_zz == pytest.approx(hoop, abs=error)
 
 
-def pressed(block, base):
-    """A block on a base, both of elements of one size."""
-    common = {"material": STEEL, "mesh": {"element_size": 0.5, "order": 1}}
-    down = {"condition": "displacement", "value": ["free", -0.01]}
-    return problem(
-        body=[
-            {"name": "block", **common, "boundary": parts(top=down), **block},
-            {"name": "base", **common, **base},
-        ],
-        contact=[touching("pair", "block.bottom", "base.top", friction_coefficient=0.3)],
-    )
-
-
 BLOCK = rectangle([0, 0], [2, 1])
-BASE = rectangle([0, -1], [3, 0], boundary=parts(bottom=CLAMPED))
+
+
+def pressed(block, base=None):
+    """A block on a base, both of elements of one size."""
+    more = {"material": elastic(E, NU), "mesh": {"element_size": 0.5, "order": 1}}
+    held = solid("base", rectangle([0, -1], [3, 0]), moved("bottom", [0, 0]), **more)
+    upper = solid("block", block, moved("top", ["free", -0.01]), **more)
+    pair = touching("pair", "block.bottom", "base.top", friction_coefficient=0.3)
+    return axial(body=[upper, base or held], contact=[pair])
 
 
 def test_lines_of_mesh_files_on_the_axis_need_no_group(tmp_path):
@@ -87,26 +68,25 @@ def test_lines_of_mesh_files_on_the_axis_need_no_group(tmp_path):
     meshio.Mesh(corners, kinds, cell_data=data, field_data=names).write(
         tmp_path / "block.msh", file_format="gmsh22", binary=False
     )
-    file = {"geometry": {"shape": "gmsh", "file": str(tmp_path / "block.msh")}}
-    forces = [solve(pressed(block, BASE)).pairs["pair"].force for block in (BLOCK, file)]
+    file = {"shape": "gmsh", "file": str(tmp_path / "block.msh")}
+    forces = [solve(pressed(block)).pairs["pair"].force for block in (BLOCK, file)]
     assert forces[1] == pytest.approx(forces[0], rel=1e-12)
 
 
 def test_a_superelement_carries_what_its_body_does_and_is_none_of_the_plane(tmp_path):
-    whole = solve(pressed(BLOCK, BASE))
+    whole = solve(pressed(BLOCK))
     condensed_body(whole, "base").save(tmp_path / "base.npz")
-    file = {"geometry": {"shape": "superelement", "file": str(tmp_path / "base.npz")}, "mesh": {}}
-    posed = pressed(BLOCK, file)
+    file = {"shape": "superelement", "file": str(tmp_path / "base.npz")}
+    posed = pressed(BLOCK, solid("base", file, material=elastic(E, NU)))
     assert solve(posed).pairs["pair"].force == pytest.approx(whole.pairs["pair"].force, rel=1e-9)
     with pytest.raises(InputError, match=r"base.npz: axial: this superelement is a body of revol"):
         solve(posed.model_copy(update={"symmetry": None}))
 
 
-HELD = parts(bottom=CLAMPED, right=FREE)
-TOP = {"part": "top", "condition": "contact", "normal": "unilateral", "gap": -0.01}
-LEFT = {"part": "left", **FREE}
+HELD = [moved("bottom", [0, 0]), drawn("right", [0, 0])]
+TOP = closing("top", normal="unilateral", gap=-0.01)
+LEFT = drawn("left", [0, 0])
 AROUND = {"part": "left", "condition": "periodic", "partner": "right"}
-PUSHED = parts(bottom={"condition": "displacement", "value": [0.1, 0]}, right=FREE)
 
 
 def punched(**motion):
@@ -122,24 +102,24 @@ def forced(x, y):
     ("told", "changes"),
     [
         (
-            r"case.toml: geometry: side 'bottom' has r < 0 at \(-1, 0\)",
-            {**rectangle([-1, 0], [1, 1]), "boundary": [*HELD, TOP, LEFT]},
+            r"test: geometry: side 'bottom' has r < 0 at \(-1, 0\)",
+            {"geometry": rectangle([-1, 0], [1, 1]), "boundary": [*HELD, TOP, LEFT]},
         ),
         (
-            r"case.toml: boundary\[3\].part: 'left' lies on the axis x = 0",
+            r"test: boundary\[3\].part: 'left' lies on the axis x = 0",
             {"boundary": [*HELD, TOP, LEFT]},
         ),
         (
             r"bottom.value\[0\]: is 0.1 at \(0, 0\), on the axis, where u_r is 0",
-            {"boundary": [*PUSHED, TOP]},
+            {"boundary": [moved("bottom", [0.1, 0]), HELD[1], TOP]},
         ),
         (
             "left.partner: 'right' lies at other radii",
-            {**rectangle([1, 0], [2, 1]), "boundary": [AROUND, *parts(bottom=CLAMPED), TOP]},
+            {"geometry": rectangle([1, 0], [2, 1]), "boundary": [AROUND, HELD[0], TOP]},
         ),
         ("rotation: nothing turns about the axis here", punched(rotation="free")),
         (r"force\[0\]: it moves along the axis of revolution only, got 1", punched(force=[1, 0])),
-        ("material.plane: a body of revolution is no", {"material": {**STEEL, "plane": "stress"}}),
+        ("material.plane: a body of revolution is no", {"material": {**LOADED, "plane": "stress"}}),
         ("compresses boundaries of plane bodies", {"bem": {"mat_type": "hodlr"}}),
         (r"acceleration\[0\]: is 9.8", {"loads": {"acceleration": [9.8, 0]}}),
         (
@@ -151,10 +131,9 @@ def forced(x, y):
     ],
 )
 def test_what_is_no_body_of_revolution_is_refused(told, changes):
-    mesh = {"element_size": 0.5, "order": 1}
-    usual = {"material": LOADED, "mesh": mesh, "boundary": [*HELD, TOP]}
+    usual = {"material": LOADED, "geometry": rectangle([0, 0], [1, 1]), "boundary": [*HELD, TOP]}
     with pytest.raises(InputError, match=told):
-        solve(problem(**{**usual, **rectangle([0, 0], [1, 1]), **changes}))
+        solve(axial(**{**usual, "mesh": {"element_size": 0.5, "order": 1}, **changes}))
 
 
 @pytest.mark.parametrize(("name", "least"), [("cone", 1e-3), ("flat", np.inf)])
