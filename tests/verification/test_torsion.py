@@ -5,29 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from axial_forms import disc_error, turned_disc
-from shapes import touching
+from shapes import drawn, elastic, moved, problem, rectangle, touching
 
 from petcontact import InputError, solve
-from petcontact.model.case import parse_problem
 
-STEEL = {"young_modulus": 200.0, "poisson_ratio": 0.3}
-SHEAR = 200.0 / 2.6
-FREE, TWIST = [0.0, 0.0], 0.01
-
-
-def part(name, kind, value):
-    return {"part": name, "condition": kind, "value": value}
-
-
-def posed(**keys):
-    return parse_problem({"symmetry": "axial", **keys}, "torsion", {}, None)
+SHEAR, TWIST = 200.0 / 2.6, 0.01
 
 
 def ring(inner, outer, height, *conditions):
-    corners = {"lower_left": [inner, 0.0], "upper_right": [outer, height]}
     return {
-        "material": STEEL,
-        "geometry": {"shape": "rectangle", **corners},
+        "material": elastic(200.0, 0.3),
+        "geometry": rectangle([inner, 0.0], [outer, height]),
         "mesh": {"element_size": 0.5, "order": 2},
         "boundary": list(conditions),
     }
@@ -41,11 +29,11 @@ def test_a_shaft_is_twisted(inner):
         inner,
         1.0,
         3.0,
-        part("bottom", "displacement", [0.0, 0.0, 0.0]),
-        part("top", "displacement", ["free", "free", f"{TWIST}*x"]),
-        *(part(side, "traction", FREE) for side in sides),
+        moved("bottom", [0.0, 0.0, 0.0]),
+        moved("top", ["free", "free", f"{TWIST}*x"]),
+        *(drawn(side, [0.0, 0.0]) for side in sides),
     )
-    solution = solve(posed(**shaft))
+    solution = solve(problem(symmetry="axial", **shaft))
     mesh, rate = solution.mesh, SHEAR * TWIST / 3.0
     top = mesh.nodes_of("top")
     torque = mesh.motions.moment(mesh.x[top], mesh.weight[top, None] * solution.traction[top])
@@ -64,13 +52,14 @@ def test_one_bound_for_both_directions():
         0.0,
         1.0,
         2.0,
-        part("bottom", "displacement", ["free", 0.0, 0.0]),
-        part("top", "displacement", ["free", 0.0, "free"]),
+        moved("bottom", ["free", 0.0, 0.0]),
+        moved("top", ["free", 0.0, "free"]),
     )
-    hub = ring(1.0, 2.0, 2.0, part("right", "displacement", ["free", 0.0, 0.0]))
+    hub = ring(1.0, 2.0, 2.0, moved("right", ["free", 0.0, 0.0]))
     law = {"gap": -1e-3, "friction_coefficient": 0.1}
     turn = {"body": "hub", "part": "right", "value": ["free", 4e-3, 4e-3]}
-    pulled = posed(
+    pulled = problem(
+        symmetry="axial",
         body=[{"name": "shaft", **shaft}, {"name": "hub", **hub}],
         contact=[touching("fit", "hub.left", "shaft.right", **law)],
         step=[{"name": "press"}, {"name": "turn", "boundary": [turn]}],
@@ -91,7 +80,9 @@ def test_a_disc_turns_a_half_space():
 
 
 def test_what_is_refused():
-    free = part("right", "traction", FREE)
-    body = ring(0.0, 1.0, 1.0, part("bottom", "displacement", [0.0, 0.0, 0.1]), free)
+    held, free = (
+        moved("bottom", [0.0, 0.0, 0.1]),
+        [drawn(part, [0, 0]) for part in ("right", "top")],
+    )
     with pytest.raises(InputError, match=r"bottom.value\[2\]: is 0.1 .* where u_θ is 0"):
-        solve(posed(**{**body, "boundary": [*body["boundary"], part("top", "traction", FREE)]}))
+        solve(problem(symmetry="axial", **ring(0.0, 1.0, 1.0, held, *free)))
