@@ -3,6 +3,7 @@ faces that do not match."""
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,56 @@ def on_ground():
     return {"body": [free, box("half", [2, 0, 0], [3, 1, 1], 0.5, 2.0, ground, roller, pressed)]}
 
 
+SIZES = (0.25, 0.45, 0.6)
+"""Of panels, by order."""
+LAWS = ("frictionless", "Coulomb", "Tresca", "both", "bonded")
+BODIES = {
+    "box": (cuboid([-0.6, -0.7, 0.0], [0.8, 0.5, 0.8]), "bottom", "top"),
+    "sphere": ({"shape": "sphere", "centre": [0, 0, 0.8], "radius": 0.8}, "bottom", "top"),
+    "standing": (
+        {"shape": "cylinder", "from": [0, 0, 0], "to": [0, 0, 0.8], "radius": 0.7},
+        "bottom",
+        "top",
+    ),
+    "lying": (
+        {"shape": "cylinder", "from": [-0.8, 0, 0.6], "to": [0.8, 0, 0.6], "radius": 0.6},
+        "side",
+        "bottom",
+    ),
+}
+"""Geometry of the upper body, the part that faces the lower one, and the part that is loaded."""
+
+
+def random_pair(seed):
+    """A body on a block, either the secondary; driven by displacements, or by loads alone."""
+    draw = np.random.default_rng(seed)
+    kind, law = str(draw.choice(list(BODIES))), str(draw.choice(LAWS))
+    orders = draw.integers(3, size=2).tolist()
+    young, mu = float(10.0 ** draw.uniform(-2, 2)), float(draw.uniform(0.2, 0.6))
+    press, depth = 0.01 * min(1.0, young), float(draw.uniform(0.01, 0.03))
+    geometry, facing, loaded = BODIES[kind]
+    flat = kind in ("box", "standing")
+    contact = {"gap": "geometry"} if not flat else {}
+    contact |= {"friction_coefficient": mu} if law in ("Coulomb", "both") else {}
+    contact |= {"friction_bound": 0.3 * press} if law in ("Tresca", "both") else {}
+    contact = {"normal": "bonded"} if law == "bonded" else contact
+    sides = [f"upper.{facing}", "lower.top"][:: draw.choice([1, -1])]
+    contact |= {"name": "pair"} | dict(zip(("secondary", "primary"), sides, strict=True))
+    # what contact alone holds is pressed by less shear than it can hold
+    free = law in ("Coulomb", "bonded") and flat and draw.random() < 0.7
+    way = [0.4 * mu * press, 0.0, -press] if free else [0.3 * depth, 0.0, -depth]
+    drive = (drawn if free else moved)(loaded, [0.0, 0.0, way[2]])
+    meshes = [{"order": order, "element_size": SIZES[order]} for order in orders]
+    block = cuboid([-1, -1, -1], [1, 1, 0])
+    bodies = [
+        solid("lower", block, BOTTOM, material=elastic(young, 0.25), mesh=meshes[0]),
+        solid("upper", geometry, drive, mesh=meshes[1]),
+    ]
+    push = {"boundary": [{"body": "upper", "part": loaded, "value": way}]}
+    push |= {"increments": int(draw.integers(1, 3))}
+    return {"body": bodies, "contact": [contact], "step": [{}, push], "method": {"tolerance": 1e-7}}
+
+
 CASES = {
     "Coulomb": lambda: blocks(friction_coefficient=0.3),
     "Tresca": lambda: blocks(1e-2, friction_bound=0.0005),
@@ -92,7 +143,7 @@ CASES = {
     "punch": punched,
     "ground": on_ground,
     "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
-}
+} | {f"random pair {seed}": functools.partial(random_pair, seed) for seed in range(12)}
 
 
 def solved(data, mat_type, tolerance=1e-4):
@@ -107,9 +158,11 @@ def compressed(data, tolerance=1e-4):
 @pytest.mark.parametrize("name", some(("Coulomb", "ground"), CASES))
 def test_bodies_are_solved_as_on_dense_operators(name):
     """The same sets, and everything to some ten times the tolerance of the compression, each body
-    by its own size."""
+    by its own size; random pairs by that of both, whatever the outcome is."""
     dense, found = solved(CASES[name](), "dense"), compressed(CASES[name](), TOLERANCE)
-    assert dense.converged and found.converged, (dense.reason, found.reason)
+    chance = "random" in name
+    assert (found.status, len(found.steps)) == (dense.status, len(dense.steps)), found.reason
+    assert dense.converged or chance, dense.reason
     assert "hmatrix" in found.provenance.solver
     assert found.provenance.motions == dense.provenance.motions
 
@@ -118,15 +171,17 @@ def test_bodies_are_solved_as_on_dense_operators(name):
         return np.abs(ours - wanted).max() <= allowed
 
     for step, other in zip(found.steps, dense.steps, strict=True):
-        assert max(step.history.ksp_iterations) <= 20 and step.residuals["balance"] <= 1e-6
+        assert max(step.history.ksp_iterations) <= (60 if chance else 20)
+        assert step.residuals["balance"] <= 1e-6
         for key, pair in other.pairs.items():
             mine, size = step.pairs[key], np.abs(pair.pressure).max()
             assert np.array_equal(mine.state, pair.state) and near(mine.force, pair.force)
-            assert near(mine.pressure, pair.pressure, 20.0, size)
+            assert near(mine.pressure, pair.pressure, 10.0 if chance else 20.0, size)
             assert near(mine.sigma_t, pair.sigma_t, 20.0, size)
             assert pair.wear is None or near(mine.wear, pair.wear, 20.0)
+        most = max(np.abs(body.u).max() for body in other.bodies.values()) if chance else 0.0
         for key, body in other.bodies.items():
-            assert near(step.bodies[key].u, body.u)
+            assert near(step.bodies[key].u, body.u, size=most)
         for key, obstacle in other.obstacles.items():
             assert near(step.obstacles[key].displacement, obstacle.displacement)
 
