@@ -139,6 +139,7 @@ def test_options_files_are_read_as_petsc_would(tmp_path):
         "-fp_trap on",
         "-ksp_gmres_restart 100000000",
         "-log_view :{folder}/none/x",
+        "-history {folder}/none/x",
         "-ksp_view ascii:/",
         "-options_file",
     ],
