@@ -16,6 +16,7 @@ from petcontact.reference.cattaneo_mindlin import LinePartialSlip, PointPartialS
 from petcontact.reference.half_plane import elliptic_load
 from petcontact.reference.hertz import LineContact, PointContact
 from petcontact.reference.lame import Cylinder, RotatingDisc, Sphere
+from petcontact.reference.persson import pressure
 from petcontact.reference.spence import stick_ratio_in_the_plane, stick_ratio_of_a_circle
 from petcontact.reference.westergaard import WavyContact
 
@@ -49,7 +50,19 @@ def test_partial_slip_carries_the_force(share):
     x = np.linspace(0.0, a, 101)
     q, limit = line.traction(x), mu * LINE.pressure(x)
     assert np.all(q <= limit * (1.0 + 1e-12)) and np.allclose(q[x > c], limit[x > c])
-    assert np.all(line.slip(x[x <= c]) == 0.0) and np.all(np.diff(line.slip(x[x > c])) > 0.0)
+    assert np.all(line.slip(x[x <= c]) == 0.0)
+    # the slope of slip is the difference of the surface strains, 2/(πE*) PV∫ q(s)/(x-s) ds
+    x = 0.5 * (a + c)
+    pull = quad(lambda s: at(line.traction, s), -a, a, weight="cauchy", wvar=x, epsrel=1e-6)[0]
+    slope = (at(line.slip, x + 1e-5) - at(line.slip, x - 1e-5)) / 2e-5
+    assert slope == pytest.approx(2.0 / (np.pi * LINE.modulus) * abs(pull), rel=1e-4)
+
+
+@pytest.mark.parametrize("degrees", [20.0, 84.0])
+def test_a_pin_in_a_hole_carries_the_force(degrees):
+    angle = np.radians(degrees)
+    force = quad(lambda phi: at(lambda t: pressure(t, angle), phi) * np.cos(phi), -angle, angle)[0]
+    assert force == pytest.approx(1.0, rel=1e-6)
 
 
 def test_dissipation_of_small_cycles_grows_with_the_cube():
