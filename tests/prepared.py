@@ -89,13 +89,6 @@ class Posed:
         tractions = self.bodies.tractions(0, sigma)
         return self.body.boundary(self.increment.shares, tractions, np.zeros(0))
 
-    def residual(self, sigma: Array) -> float:
-        """Defect of the boundary integral equations there."""
-        tractions = self.bodies.tractions(0, sigma)
-        return self.body.residual(
-            self.increment.shares, *self.boundary(sigma), tractions, np.zeros(0)
-        )
-
     def close(self) -> None:
         self.prepared.close()
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from shapes import closing, cuboid, drawn, elastic, moved, problem
 
-from petcontact import Bem, InputError, MeshOptions, Polygon, Problem, load
+from petcontact import Bem, InputError, load
 from petcontact.commands.solve import announcer
 from petcontact.model.case import DEEPEST, set_key
 from petcontact.pipeline import choice
@@ -22,12 +22,11 @@ def many_sided(sides, **mesh):
     """A polygon with that many vertices on a circle."""
     angle = 2.0 * math.pi * np.arange(sides) / sides
     parts = ["c" if 0.5 < a < 1.5 else "d" if a > 4.0 else "f" for a in angle]
-    return Problem(
+    corners = [[10.0 * math.cos(a), 10.0 * math.sin(a)] for a in angle]
+    return problem(
         material=elastic(1.0, 0.3),
-        mesh=MeshOptions(**mesh),
-        geometry=Polygon(
-            vertices=[(10.0 * math.cos(a), 10.0 * math.sin(a)) for a in angle], parts=parts
-        ),
+        geometry={"shape": "polygon", "vertices": corners, "parts": parts},
+        mesh=mesh,
         boundary=[closing("c", friction_bound=1.0), moved("d", (0, 0)), drawn("f", (0, 0))],
     )
 

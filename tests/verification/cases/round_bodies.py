@@ -107,7 +107,6 @@ def round_punch(kind="frictionless"):
         ("free", line((1.0, 0.0), (far, 0.0)), apart),
         ("far", arc((0.0, 0.0), far, 0.0, -0.5 * np.pi), np.linspace(0.0, 1.0, 4)),
     ]
-    file = revolved("half-ball", profile, 8)
     held = [Displacement("far", tuple(component(k) for k in range(3)))]
     obstacle, pair = [], []
     if kind == "pushed":
@@ -115,10 +114,11 @@ def round_punch(kind="frictionless"):
     else:
         down, turn = (0.0, 1.0) if kind == "twisted" else (-1.0, 0.0)
         moves = {"displacement": (0.0, 0.0, down), "rotation": (0.0, 0.0, turn)}
-        obstacle = [Obstacle("punch", **moves)]
         normal = "bilateral" if kind == "frictionless" else "bonded"
+        obstacle = [Obstacle("punch", **moves)]
         pair = [Pair("face", secondary="half.punch", primary="punch", normal=normal)]
-    body = Body("half", Material(young, nu), Gmsh(file), MeshOptions(order=2), boundary=held)
+    shape, mesh = Gmsh(revolved("half-ball", profile, 8)), MeshOptions(order=2)
+    body = Body("half", Material(young, nu), shape, mesh, boundary=held)
     return Problem(title=f"Round flat punch, {kind}", body=[body], obstacle=obstacle, contact=pair)
 
 
