@@ -16,9 +16,11 @@ from problems import block, contact_pair, obstacle, posed
 
 from petcontact import solve
 from petcontact.commands.main import main
+from petcontact.model.bodies import Units
 from petcontact.model.case import load
 from petcontact.results.figures.view import view_of
 from petcontact.results.records import BodyResult
+from petcontact.results.tables import write_tables
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.inside import field_inside, grid_inside, write_vtu
 
@@ -94,11 +96,17 @@ def test_tables_hold_what_the_solution_has(kind, request, tmp_path):
 
 
 def test_one_table_of_one_increment_goes_into_the_file_that_is_named(plane, tmp_path, capsys):
-    _, path = plane
+    """Its head names the units that the problem does."""
+    solution, path = plane
     words = f"export {path} --csv {tmp_path}/b.csv --table obstacles --step 2"
     assert main(words.split()) == 0
     (row,) = rows(tmp_path / "b.csv")
     assert float(row["Fx"]) == pytest.approx(0.25) and row["obstacle"] == "plate"
+    units = Units(length="mm", stress="MPa")
+    problem = solution.problem.model_copy(update={"units": units})
+    write_tables(replace(solution, problem=problem), tmp_path / "u.csv", ["resultants"])
+    head = (tmp_path / "u.csv").read_text().splitlines()[0]
+    assert head.endswith("Fx [N/mm],Fy [N/mm],M [N],area [mm],dissipated [N]")
     for given, line in (
         ("", "nothing to write"),
         ("--csv x --table pair", "no table 'pair'"),
