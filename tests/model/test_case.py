@@ -84,6 +84,7 @@ TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": 
         ("mesh.graded_points", [[1.0]], "mesh.graded_points[0]: has 1 entries, too few"),
         ("petsc", {"ksp_type": ["lu"]}, "must be text, a number or true/false, got ['lu']"),
         ("petsc", {"-ksp_type": "lu"}, "must be the name of a PETSc option without its dash"),
+        ("method", {"omega": 5.0, "tau": -1.0, "rho": -1.0, "max_iterations": -1}, "; and 1 more"),
         ("title", [*range(100)], "..."),
         ("méthode\n", 5, r"'méthode\n': unknown key, did you mean 'method'?"),
     ],

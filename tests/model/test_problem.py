@@ -76,9 +76,9 @@ def block(**more) -> Problem:
     return Problem(**{**given, **more})
 
 
-def two(**more) -> Problem:
+def two(size=None, **more) -> Problem:
     bodies = [
-        Body(name, Material(1.0, 0.3), Rectangle((0, y), (1, y + 1)))
+        Body(name, Material(1.0, 0.3), Rectangle((0, y), (1, y + 1)), mesh=MeshOptions(size))
         for name, y in (("lower", 0), ("upper", 1))
     ]
     return Problem(
@@ -169,6 +169,7 @@ POINT = {"graded_points": [(1, 0)]}
         (block(method=Method(rho=2.0, tau=1.0)), False, "method.rho method.tau"),
         (block(method=FULL), False, ""),
         (two(method=FULL), False, ""),
+        (two(size=1.0), True, "body[0].mesh.element_size body[1].mesh.element_size"),
         (block(method=PROJECTION, mesh=MeshOptions(0.1)), True, "mesh.element_size"),
         (block(mesh=MeshOptions(**POINT)), True, ""),
         (block(mesh=MeshOptions(levels=3, accuracy=0.1)), True, "mesh.levels"),
