@@ -7,17 +7,9 @@ import functools
 import numpy as np
 import pytest
 from marks import slow
+from shapes import drawn, elastic, problem
 
-from petcontact import (
-    Body,
-    Box,
-    Material,
-    MeshOptions,
-    Polygon,
-    Rectangle,
-    SideBySide,
-    Traction,
-)
+from petcontact import Box, Material, Polygon, Rectangle, SideBySide
 from petcontact.bem.particular.fit import fitted, points_in
 from petcontact.bem.particular.polynomials import BodyBox, total_degrees, values
 from petcontact.bem.particular.solution import particular_solution
@@ -51,12 +43,14 @@ SHAPES = {
 
 @functools.cache
 def meshed(name):
-    geometry = SHAPES[name]
-    boundary = geometry.outline()
-    free = [Traction(part, (0.0,) * boundary.dim) for part in boundary.parts]
-    mesh = MeshOptions(element_size=0.25, order=2)
-    body = Body("body", steel("strain"), geometry, mesh, boundary=free)
-    return mesh_of(body, boundary)
+    boundary = SHAPES[name].outline()
+    body = problem(
+        material=elastic(200.0, 0.3),
+        geometry=SHAPES[name],
+        mesh={"element_size": 0.25, "order": 2},
+        boundary=[drawn(part, (0.0,) * boundary.dim) for part in boundary.parts],
+    )
+    return mesh_of(body.body[0], boundary)
 
 
 @functools.cache

@@ -130,11 +130,6 @@ def half_width(solution, *, pair, state="closed", step=None):
     return 0.5 * float(np.linalg.norm(np.diff(_edges(solution, pair, state, step), axis=0)))
 
 
-def middle(solution, *, pair, component=0, state="stick", step=None):
-    """Coordinate of the point half-way between these ends, in the plane [length]."""
-    return float(_edges(solution, pair, state, step)[:, component].mean())
-
-
 def stick_share(solution, *, pair, step=None):
     """c/a, of the half widths of stick and contact, in the plane [-]."""
     return half_width(solution, pair=pair, state="stick", step=step) / half_width(
@@ -144,9 +139,8 @@ def stick_share(solution, *, pair, step=None):
 
 def offset(solution, *, pair, component=0, step=None):
     """Middle of the stick zone less that of the contact, in the plane [length]."""
-    return middle(solution, pair=pair, component=component, step=step) - middle(
-        solution, pair=pair, component=component, state="closed", step=step
-    )
+    stick, closed = (_edges(solution, pair, state, step) for state in ("stick", "closed"))
+    return float((stick - closed)[:, component].mean())
 
 
 def radius(solution, *, pair, state="closed", step=None):
