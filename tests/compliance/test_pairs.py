@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from marks import some
 from prepared import compressed_from
-from shapes import cuboid, drawn, elastic, moved, solid, touching
+from shapes import cuboid, drawn, elastic, moved, outline, solid, touching
 
 from petcontact import InputError, SolverError, solve
 from petcontact.compliance.body.dense import DenseBody
@@ -282,19 +282,10 @@ def test_noise_of_the_compression_is_no_lack_of_equilibrium(conditions, more, un
 def test_faces_that_turn_within_a_cluster_leave_the_coarse_level_regular():
     """A ring of few panels around: over a quarter of it tangents and normals sum up to one
     direction."""
-    sides = {"bottom": [0.99, 0.0], "outer": [0.99, 0.6], "top": [0.4, 0.6], "inner": [0.4, 0.0]}
-    loop = [{"part": part, "to": to} for part, to in sides.items()]
-    pin = box(
-        "pin",
-        0,
-        0,
-        0.3,
-        1.0,
-        moved("inner", [0.05, 0.0, 0.0]),
-        moved("bottom", ["free", "free", 0.0]),
-        moved("top", ["free", "free", 0.0]),
-        geometry={"shape": "revolved", "loops": [loop]},
-    )
+    loop = outline(bottom=[0.99, 0.0], outer=[0.99, 0.6], top=[0.4, 0.6], inner=[0.4, 0.0])
+    held = [moved(part, ["free", "free", 0.0]) for part in ("bottom", "top")]
+    held.append(moved("inner", [0.05, 0.0, 0.0]))
+    pin = box("pin", 0, 0, 0.3, 1.0, *held, geometry=loop | {"shape": "revolved"})
     contact = touching("fit", "pin.outer", "wall", gap="0.01")
     found = compressed({"body": [pin], "obstacle": [{"name": "wall"}], "contact": [contact]}, 1e-3)
     assert found.converged and max(found.history.ksp_iterations) <= 20

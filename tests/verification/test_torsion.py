@@ -25,14 +25,8 @@ def ring(inner, outer, height, *conditions):
 def test_a_shaft_is_twisted(inner):
     """T = G J φ/L; σ_zθ = G φ r/L inside and on the boundary, and nothing else."""
     sides = ("right",) if inner == 0.0 else ("left", "right")
-    shaft = ring(
-        inner,
-        1.0,
-        3.0,
-        moved("bottom", [0.0, 0.0, 0.0]),
-        moved("top", ["free", "free", f"{TWIST}*x"]),
-        *(drawn(side, [0.0, 0.0]) for side in sides),
-    )
+    ends = moved("bottom", [0.0] * 3), moved("top", ["free", "free", f"{TWIST}*x"])
+    shaft = ring(inner, 1.0, 3.0, *ends, *(drawn(side, [0.0, 0.0]) for side in sides))
     solution = solve(problem(symmetry="axial", **shaft))
     mesh, rate = solution.mesh, SHEAR * TWIST / 3.0
     top = mesh.nodes_of("top")
@@ -48,13 +42,8 @@ def test_a_shaft_is_twisted(inner):
 
 def test_one_bound_for_both_directions():
     """A hub that is pulled and turned: the shear has the size µ p, against the slip."""
-    shaft = ring(
-        0.0,
-        1.0,
-        2.0,
-        moved("bottom", ["free", 0.0, 0.0]),
-        moved("top", ["free", 0.0, "free"]),
-    )
+    ends = moved("bottom", ["free", 0.0, 0.0]), moved("top", ["free", 0.0, "free"])
+    shaft = ring(0.0, 1.0, 2.0, *ends)
     hub = ring(1.0, 2.0, 2.0, moved("right", ["free", 0.0, 0.0]))
     law = {"gap": -1e-3, "friction_coefficient": 0.1}
     turn = {"body": "hub", "part": "right", "value": ["free", 4e-3, 4e-3]}

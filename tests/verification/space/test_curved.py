@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import scipy
 from curved_bodies import icosphere, written
-from shapes import closing, drawn, elastic, problem, rollers, solid, touching
+from shapes import closing, drawn, elastic, outline, problem, rollers, solid, touching
 
 import petcontact
 from petcontact import InputError, solve
@@ -156,12 +156,11 @@ def test_stress_next_to_a_rim_is_that_on_the_boundary():
         for part, value in (("inner", 10.0), ("outer", 0.0))
     ]
     flat = rollers("bottom", "top", "start", "end")
-    corners = {"bottom": [2.0, 0.0], "outer": [2.0, 1.0], "top": [1.0, 1.0], "inner": [1.0, 0.0]}
-    loop = [{"part": part, "to": to} for part, to in corners.items()]
+    loop = outline(bottom=[2.0, 0.0], outer=[2.0, 1.0], top=[1.0, 1.0], inner=[1.0, 0.0])
     tube = problem(
         material=elastic(1000.0, 0.3),
         mesh={"element_size": 0.4},
-        geometry={"shape": "revolved", "angle": 90.0, "loops": [loop]},
+        geometry=loop | {"shape": "revolved", "angle": 90.0},
         boundary=[*pressure, *flat],
     )
     solution = solve(tube)
