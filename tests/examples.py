@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 
-from petcontact import (
-    Contact,
-    Displacement,
-    Material,
-    MeshOptions,
-    Method,
-    Problem,
-    Rectangle,
-    Traction,
-)
+from shapes import closing, drawn, elastic, moved, problem, rectangle
+
+from petcontact import MeshOptions, Method, Problem
 from petcontact.contact.methods.registry import method_of
 from petcontact.pipeline.run import run
 
@@ -24,17 +17,17 @@ def example(number: int, *, mesh: MeshOptions | None = None, **method) -> Proble
         1: (10_000.0, 0.3, (8.0, 4.0), 150.0, 400.0, 0.0),
         2: (2_500.0, 0.2, (10.0, 2.0), 450.0, 1700.0, -1100.0),
     }[number]
-    return Problem(
-        material=Material(young_modulus=modulus, poisson_ratio=ratio),
-        geometry=Rectangle(lower_left=(0.0, 0.0), upper_right=corner),
-        mesh=mesh or MeshOptions(element_size=0.1),
-        boundary=(
-            Contact(part="bottom", friction_bound=bound),
-            Displacement(part="top", value=(0.0, 0.0)),
-            Traction(part="left", value=(left, 0.0)),
-            Traction(part="right", value=(right, 0.0)),
-        ),
-        method=Method(**{"name": "projection", "rule": "modified", **method}),
+    return problem(
+        material=elastic(modulus, ratio),
+        geometry=rectangle((0.0, 0.0), corner),
+        mesh=mesh or {"element_size": 0.1},
+        boundary=[
+            closing("bottom", friction_bound=bound),
+            moved("top", (0.0, 0.0)),
+            drawn("left", (left, 0.0)),
+            drawn("right", (right, 0.0)),
+        ],
+        method={"name": "projection", "rule": "modified", **method},
     )
 
 
