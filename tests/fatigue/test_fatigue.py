@@ -94,6 +94,8 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
     [
         (["--first", "pul"], "--first: no step 'pul', did you mean 'pull'?"),
         (["--first", "push again", "--last", "push"], "step 'push' comes before step 'push again'"),
+        (["--first", "press", "--last", "press"], "at least two increments"),
+        (["--body", "uper"], "no body 'uper', did you mean 'upper'?"),
         (["--parameter", "findly"], "no 'findly', did you mean 'findley'?"),
         (["--parameter", "findley"], "findley needs it"),
         (["--sensitivity", "0.3"], "smith-watson-topper has none"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress
 from petcontact.results.figures.plots import drawings
 from petcontact.results.figures.stress import draw_von_mises
+from petcontact.results.figures.view import view_of
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.records import ObstacleResult
 from petcontact.results.solution import read_result
@@ -78,6 +80,14 @@ def test_a_path_that_returns_has_a_hysteresis(solution):
 
     assert "hysteresis" in drawings(stepped(1.0, 2.0, -1.0))
     assert "hysteresis" not in drawings(stepped(1.0, 2.0, 3.0))
+
+
+def test_a_view_that_is_wanted_has_its_magnification_and_holds_the_body(solution):
+    view = view_of(solution, factor=7.0)
+    axes = drawn(partial(plane.draw_deformed, view=view), solution).axes[0]
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim()])
+    assert np.all(low < view.low) and np.all(high > view.high)
+    assert view.text == "displacements × 7"
 
 
 def test_the_moment_on_an_obstacle_is_drawn_over_its_rotation(solution):
