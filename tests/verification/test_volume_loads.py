@@ -144,6 +144,11 @@ def test_a_solution_has_the_polynomials_that_it_was_solved_with(monkeypatch, tmp
     assert np.array_equal(solution.stress_at(points), again)
 
 
+def test_a_temperature_that_no_polynomial_fits_is_told():
+    solution = heated("tanh(20*(x - 1))", WALLS, order=1)
+    assert any("the polynomial that stands for it misses it by" in w for w in solution.warnings)
+
+
 def test_even_heat_in_a_clamped_block():
     """-EαT/(1-2ν) everywhere, on the boundary as inside."""
     held = [moved(part, [0, 0]) for part in ("left", "right", "top")]
