@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +11,16 @@ from marks import slow
 from printed_numbers import compared
 from random_bodies import random_case, random_contact
 from random_revolution import random_revolution
+from shapes import closing, moved, problem, rectangle, solid
 
 from petcontact import MeshOptions, Rectangle, adapt, load, solve
+from petcontact.contact.law_protocol import SLIP
 from petcontact.mesh.grading import mesh_outline
 from petcontact.reference.hertz import LineContact, contact_modulus
-from petcontact.results.numbers import ENERGY, maximum
+from petcontact.refinement.levels import CONTACT_LADDER
+from petcontact.results import number_errors, stress_errors
+from petcontact.results.evaluated import displacement_scale
+from petcontact.results.numbers import ENERGY, Number, maximum
 
 
 @pytest.fixture(scope="module")
@@ -88,8 +94,70 @@ def test_maxima_by_the_edge_of_contact_are_off_by_the_root_of_the_error():
     """A ball on a block, of which the whole contact is by the edge. The energy is no moment: it is
     off by no more than the force takes along the slip."""
     changes = {"mesh": {"element_size": 0.75}, "boundary.0.friction_coefficient": 0.3}
+    changes["boundary.0.gap"] = "(x**2 + y**2)/8 - 0.4"
     solution = solve(load("configs/kinds/space_adaptive.toml", changes))
+    assert solution.accuracy.error < 0.5
     numbers = {each.name: each for each in solution.numbers}
     slip, force, energy = (numbers[name] for name in ("largest slip", "force", ENERGY))
     assert slip.error == pytest.approx(math.sqrt(solution.accuracy.error) * slip.size)
     assert 0.0 < energy.error < force.size * slip.size
+
+
+def test_meshes_along_curves_gain_as_little_as_corners_let_them():
+    """The mesh before counts at the least gain away from corners, the one before that at the
+    largest; in space both at the ratio of the estimates."""
+    two = SimpleNamespace(coarser=SimpleNamespace(coarser=SimpleNamespace(coarser=None)))
+    for estimates, last in (([], 1.0 + CONTACT_LADDER.most_gain), ([0.3, 0.2, 0.1], 3.0)):
+        two.accuracy = SimpleNamespace(estimates=estimates)
+        gains = [gain for _, gain in number_errors._coarser(two)]
+        assert gains == pytest.approx([2.0, last])
+
+
+def test_an_energy_is_off_by_the_worst_slip_that_the_error_allows():
+    """An error of u_t in L2 changes ∫ g |u_t| most where it is proportional to g. Two
+    nodes slip, far less than the block is displaced, and two meshes agree on it by chance."""
+    sides = closing("bottom", friction_bound="0.002 + 2*(x > 0.2)"), moved("top", [0.01, -0.01])
+    mesh = {"element_size": 0.03125}
+    body = solid("block", rectangle([0, 0], [2, 1]), *sides, mesh=mesh)
+    solution = solve(problem(body=[body]))
+    (pair,) = solution.pairs.values()
+    slips = pair.state == SLIP
+    assert slips.any()
+    worst = math.sqrt(pair.weight[slips] @ pair.bound[slips] ** 2) * displacement_scale(solution)
+    assert of(solution, ENERGY).error >= (1.0 - 1e-9) * solution.accuracy.error * worst
+
+
+@pytest.mark.parametrize(
+    ("now", "before", "at_corner", "error"),
+    [
+        # beside its place it changes by .4
+        ([10.0, 9.9], [9.9, 9.5], False, 0.4),
+        # a rival of 9 that is known to 3 may be 12; 5 known to 4 is smaller than 10
+        ([10.0, 9.9, 9.0, 5.0], [9.9, 9.9, 6.0, 1.0], False, 2.0),
+        # at a corner stress may go on as it changes in the last element
+        ([10.0, 7.0], [10.0, 7.0], True, 3.0),
+        ([10.0, 7.0], [10.0, 7.0], False, 0.0),
+        # a place that the mesh before does not have says nothing
+        ([10.0, 9.0], [np.nan, np.nan], False, np.nan),
+    ],
+)
+@pytest.mark.parametrize("spread", [0.0, 2.5])
+def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
+    now, before, at_corner, error, spread, monkeypatch
+):
+    """Of a largest stress of 10: stresses at its place, beside it and elsewhere, on two meshes, and
+    how much it varies in panels that gain nothing on the second one."""
+    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: np.array(before))
+    monkeypatch.setattr(stress_errors, "_gains_nothing", lambda *_: np.full(len(now), spread > 0.0))
+    part = "side" if spread else ""
+    around = (
+        np.zeros((len(now), 2)),
+        part,
+        np.array(now),
+        np.where(np.arange(len(now)) < 2, spread, 0.0),
+    )
+    near = stress_errors.NearStress(*around, 2, at_corner)
+    number = Number("von Mises stress", "body", 1, 0, np.array([10.0]), "stress", part=part)
+    solution = SimpleNamespace(accuracy=SimpleNamespace(error=0.05, estimates=[0.2, 0.1]))
+    found = stress_errors.stress_change(solution, None, number, near)
+    assert found == pytest.approx(max(error, spread), nan_ok=True)
