@@ -82,6 +82,13 @@ def test_a_path_that_returns_has_a_hysteresis(solution):
     assert "hysteresis" not in drawings(stepped(1.0, 2.0, 3.0))
 
 
+def test_a_single_curve_has_its_symbol_and_axes_have_their_units(solution):
+    axes = drawn(plane.draw_displacement, solution).axes[0]
+    assert axes.get_xlabel() == "arc length along bottom [mm]"
+    assert axes.get_ylabel() == "tangential displacement [mm]"
+    assert axes.lines[0].get_label() == "$u_t$"
+
+
 def test_a_view_that_is_wanted_has_its_magnification_and_holds_the_body(solution):
     view = view_of(solution, factor=7.0)
     axes = drawn(partial(plane.draw_deformed, view=view), solution).axes[0]
