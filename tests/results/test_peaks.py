@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import drawn, moved, problem, solid, touching
+from shapes import cuboid, drawn, moved, problem, rectangle, solid, touching
 
 from petcontact import solve
 from petcontact.refinement.singular_points import corner_exponents
@@ -24,6 +24,19 @@ def test_under_a_cylinder_the_largest_von_mises_stress_lies_inside():
     grid = solution.von_mises_at(np.column_stack([x.ravel(), y.ravel()]))
     assert grid.max() * (1.0 - 1e-12) <= peak.inside.value <= 1.001 * grid.max()
     assert peak.surface.value < 0.7 * peak.inside.value
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_strip_along_a_clamped_edge_is_left_out(d):
+    """A twentieth of the body wide, between the middles of panels, too. Stress falls from there."""
+    shape = rectangle([0, 0], [1, 1]) if d == 2 else cuboid([0] * 3, [1] * 3)
+    sides = moved("bottom", [0.0] * d), drawn("top", [0.1, *[0.0] * (d - 1)])
+    mesh = {"element_size": (0.1, 0.5)[d - 2], "order": (2, 1)[d - 2]}
+    solution = solve(problem(body=[solid("block", shape, *sides, mesh=mesh)]))
+    for peaks in stress_peaks(solution).values():
+        x, up = peaks.surface.place[:-1], peaks.surface.place[-1]
+        away = np.hypot(up, np.minimum(x, 1.0 - x).min())
+        assert 0.0499 < away < 0.2
 
 
 SIDES = ["bottom", "right", "top", "left"]
