@@ -11,13 +11,28 @@ from sweep_files import CONFIGS, quietly, sweep_of
 from petcontact import load_case
 from petcontact.fields.interior import field_at
 from petcontact.pipeline.solve import solve
-from petcontact.sweep.quantities import von_mises_at
+from petcontact.sweep.quantities import contact_quantities, von_mises_at
 from petcontact.sweep.store.case_table import read_case_table
 
 
 @pytest.fixture(scope="module")
 def solution(comm):
     return solve(example(1), comm=comm)
+
+
+def test_of_example_1(solution):
+    found = contact_quantities(solution)
+    c = solution.contact
+    assert found["max_u_t"] == pytest.approx(np.abs(c.u_t).max(), rel=1e-12)
+    # 80 nodes of weight 0.1
+    assert found["slip_length"] == pytest.approx(0.1 * (c.state == 1).sum(), rel=1e-12)
+    assert found["slip_share"] == pytest.approx((c.state == 1).mean(), rel=1e-12)
+    assert found["contact_area"] == pytest.approx(8.0, rel=1e-12)
+    assert found["tension_share"] == pytest.approx((c.sigma_n > 0).mean(), rel=1e-12)
+    # where it slips |σ_t| = g, elsewhere u_t = 0
+    assert found["dissipated_energy"] == pytest.approx(
+        0.1 * 150.0 * np.abs(c.u_t[c.state == 1]).sum(), rel=1e-4
+    )
 
 
 def test_von_mises_at_points(solution):
