@@ -12,7 +12,7 @@ from shapes import closing, cuboid, elastic, problem, solid
 from smooth_field import STEEL, boundary_data, exact, meshed
 
 from petcontact import Contact, Cylinder, Material, MeshOptions, Polygon, Problem, Sphere
-from petcontact.fields.boundary.places import best_places, nodal_places
+from petcontact.fields.boundary.places import best_places, located, nodal_places
 from petcontact.fields.boundary.stress import BoundaryField, components
 from petcontact.fields.interior import field_at
 from petcontact.geometry.surface import BoxSurface
@@ -57,7 +57,9 @@ def test_exact_data_on_arcs_and_straight_sides(order, size, bound, plane):
     mesh, material = meshed(order=order, element_size=size), Material(200.0, 0.3, plane)
     field = BoundaryField(mesh, *boundary_data(mesh, material), material)
     for element, place in (nodal_places(mesh), best_places(mesh)):
-        stress = exact(at(mesh, element, place), material)[1]
+        x = at(mesh, element, place)
+        assert np.abs(at(mesh, *located(mesh, x)) - x).max() < 1e-13
+        stress = exact(x, material)[1]
         assert np.abs(field.stress(element, place) - stress).max() < bound * np.abs(stress).max()
 
 
@@ -219,7 +221,10 @@ def test_uniform_stress_is_exact_and_rigid_motions_strain_nothing(seed, order, k
     field = BoundaryField(mesh, u, traction, material, rng.integers(-1, 3, mesh.n_nodes))
     places, size = everywhere(mesh, 3, rng), max(np.abs(stress).max(), np.abs(u).max())
     assert np.abs(field.stress(*places) - components(stress[None])).max() < 1e-11 * size
-    moved = at(mesh, *places) @ slope.T + shift
+    x = at(mesh, *places)
+    found, where = located(mesh, x)
+    assert np.all(found >= 0) and np.abs(at(mesh, found, where) - x).max() < 1e-12
+    moved = x @ slope.T + shift
     assert np.abs(field.displacement(*places) - moved).max() < 1e-11 * size
     _, inside = field_at(mesh, u, traction, material, mesh.x[:1] - 0.1 * mesh.normal[:1])
     assert np.abs(inside - components(stress[None])).max() < 1e-10 * size

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from shapes import closing, drawn, elastic, moved, problem, rectangle
 
+from petcontact import load
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.curve_building import build_mesh
 from petcontact.refinement.known_data import fields, resolved
 from petcontact.refinement.marks import GradedOutline
 from petcontact.refinement.panels.data_lines import gap_edges
+
+CONFIG = Path(__file__).parents[2] / "configs/gallery_disc.toml"
 
 
 def block(friction_bound, pressure=0.0):
@@ -47,6 +51,17 @@ def test_kinks_and_jumps_of_the_data_are_located(bound, expected):
     body = GradedOutline.from_body(posed.body[0], posed.geometry.outline())
     assert body.kinks[0] == pytest.approx(expected, abs=1e-9)
     assert all(len(body.kinks[k]) == 0 for k in (1, 2, 3))
+
+
+def test_kinks_of_tractions_are_found_on_arcs_by_the_arc_length_of_the_part():
+    """On the second of the three arcs of the rim."""
+    rim = {"part": "rim", "condition": "traction", "pressure": "abs(s - 20)"}
+    posed = load(CONFIG, {"boundary.3": rim})
+    outline = posed.geometry.outline()
+    kinks = GradedOutline.from_body(posed.body[0], outline).kinks
+    second = [side.part for side in outline.sides].index("rim") + 1
+    assert kinks[second] == pytest.approx([20.0 - outline.sides[second].length])
+    assert sum(len(kinks[k]) for k in range(len(outline.sides))) == 1
 
 
 def total(w, primitive):
