@@ -123,9 +123,8 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
             apart = float(np.abs(number.value - before.value).max())
             error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
         error += _shared(solution, number)
-        alone = number.alone
-        if number.name == ENERGY:  # what its increments leave is an error of the path
-            alone = _of_slip(solution, number)
+        # what the increments of an energy leave is an error of the path
+        alone = _of_slip(solution, number) if number.name == ENERGY else number.alone
         result.append(number.known_to(float(np.maximum(error, alone))))
     return _balanced(result)
 

@@ -245,10 +245,8 @@ class _Samples:
 
     def _near_unbounded(self, x: Array) -> Mask:
         """Which points (q, d) lie next to places without a bound."""
-        near = np.zeros(len(x), dtype=bool)
-        for place in self._places:
-            near |= place.leaves_out(x)
-        return near
+        left_out = (place.leaves_out(x) for place in self._places)
+        return np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0)
 
     def _values(self, key: str) -> Array:
         """Return the stress at all samples; values that are not finite are -∞."""
