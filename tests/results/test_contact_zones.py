@@ -93,3 +93,9 @@ def test_edges_are_the_same_wherever_the_circle_begins(start):
     assert places == pytest.approx([0.7, 1.3], abs=0.01)
     assert [edge.width for edge in found] == pytest.approx([0.3, 0.3], abs=0.03)
     assert all(0.0 <= edge.s < 2.0 * np.pi for edge in found)
+
+
+def test_an_arc_has_ends():
+    found = pair_edges(pressed(1.0, turn=5.0))
+    assert [edge.s for edge in found] == pytest.approx([0.3], abs=0.01)
+    assert found[0].width == pytest.approx(0.15, abs=0.03)
