@@ -246,7 +246,7 @@ class _Samples:
     def _near_unbounded(self, x: Array) -> Mask:
         """Which points (q, d) lie next to places without a bound."""
         left_out = (place.leaves_out(x) for place in self._places)
-        return np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0)
+        return np.asarray(np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
 
     def _values(self, key: str) -> Array:
         """Return the stress at all samples; values that are not finite are -∞."""
