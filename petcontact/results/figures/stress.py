@@ -160,8 +160,8 @@ def _draw_plane(
     draw_outlines(axes, solution, picture.view)
     place(axes, solution)
     if picture.window is not None and fields:
-        # where the points of the window are drawn
-        drawn = np.vstack([_drawn(picture, field) for field in fields.values()])
+        # the window, and where its points are drawn
+        drawn = np.vstack([*picture.window, *(_drawn(picture, field) for field in fields.values())])
         (left, bottom), (right, top) = drawn.min(axis=0), drawn.max(axis=0)
         axes.set(xlim=(left, right), ylim=(bottom, top))
     legend_below(axes, 5)
