@@ -15,6 +15,7 @@ from shapes import cuboid, drawn, elastic, moved, problem, rectangle
 
 from petcontact import InputError, solve
 from petcontact.contact.methods.registry import LAW_MEMBERS, method_of
+from petcontact.pipeline.judge.thickness import compactness
 
 SOFT = elastic(1.0, 0.3)
 CLOSING = {"part": "bottom", "condition": "contact", "normal": "unilateral"}
@@ -216,3 +217,26 @@ def test_memory_is_predicted(tmp_path):
     done = subprocess.run(words, capture_output=True, text=True, timeout=300, check=True)
     converged, ratio = done.stdout.split()
     assert converged == "True" and 0.8 < float(ratio) < 1.3
+
+
+def test_what_bends_moves_farther_than_its_tractions_move_a_compact_body(unestimated):
+    """A square of edge 2 that is pulled: u = x σ/E, |t|/|u| = (4/(4 + 4/3))^½ E. A beam with
+    tractions yσ/h at its ends: u_y = x² σ/(2 E h), off its mean by (1/80 - 1/144)^½ (2a)² σ/(2 E h).
+    Its ends and u_x are left out, about h/a."""
+
+    def pulled(height, way):
+        ends = {"left": f"-({way})", "right": way, "top": 0.0, "bottom": 0.0}
+        return solve(
+            problem(
+                material=elastic(2.0, 0.0),
+                geometry=rectangle([-1, -height], [1, height]),
+                mesh=UNIFORM,
+                boundary=[drawn(part, [value, 0.0]) for part, value in ends.items()],
+            )
+        )
+
+    square = pulled(1.0, "1.0")
+    for solution in (square, dataclasses.replace(square, steps=[], failed=square.last)):
+        assert compactness(solution) == pytest.approx(0.75**0.5, rel=1e-6)
+    slender = (0.05**3 / 3.0 / (1.0 / 80.0 - 1.0 / 144.0)) ** 0.5 / 2.0
+    assert compactness(pulled(0.05, "y")) == pytest.approx(slender, rel=0.15)
