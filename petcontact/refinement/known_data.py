@@ -160,6 +160,7 @@ def _shown(
     if (enough := 4.0 * power**2) <= SAMPLES:
         fractions = np.linspace(0.0, 1.0, max(ARC_SAMPLES, int(enough)))
         return np.empty((2, 0)), fractions, values(fractions)
+    values(np.array([0.0, 1.0]))  # what cannot be read is refused by its key
     texts = [value for value in given if isinstance(value, str)]
     samples = [samples_of(text, variables_at) for text in texts] or [
         uniform() if any(map(callable, given)) else np.empty(0)
@@ -177,12 +178,15 @@ def _shown(
     return np.concatenate(switches, axis=1), fractions, sampled
 
 
-def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
-    """Return the fractions inside a side at which a gap has a kink, and at which it jumps."""
+def gap_switches(gap: Value, side: Side, offset: float, key: str = "gap") -> tuple[Array, Array]:
+    """Return the fractions inside a side at which a gap has a kink, and at which it jumps.
+
+    Errors name the key of the config.
+    """
     if not (callable(gap) or isinstance(gap, str)) or gap == "geometry":
         return np.empty(0), np.empty(0)
     variables_at = functools.partial(variables, side, offset)
-    values = functools.partial(_values, [gap], "gap", variables_at, False)
+    values = functools.partial(_values, [gap], key, variables_at, False)
     power = math.inf if side.curvature else degree(gap)
     (fraction, power), *_ = _shown([gap], side, variables_at, values, power)
     return fraction[power >= -SMOOTH], fraction[power < -SMOOTH]

@@ -27,6 +27,7 @@ from ...runtime.world import world
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
+from ..pose.interfaces import check_parts
 from ..run import prepare, reported, run, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.path import divided_load, with_paths
@@ -88,6 +89,7 @@ class AdaptiveSolve:
         reached: Callable[[Reached], None] | None = None,
     ) -> None:
         self._began, self._reached = time.perf_counter(), reached
+        check_parts(problem, problem.boundaries)  # strategies look at parts before meshes do
         self.strategy = strategy_for(problem)
         self.solver = LevelSolver(problem, comm, monitor, law, announce)
         self.solutions: list[Solution] = []

@@ -51,8 +51,8 @@ def pressed_sides(
     for side in sides:
         law, own = side.law, (pressed[side.body], outlines[side.body], side.part)
         if law.normal == "unilateral":
-            _add_switches(*own, law.gap)
-            _add_switches(*own, law.wear_coefficient or 0.0)
+            _add_switches(*own, law.gap, f"{side.key}.gap")
+            _add_switches(*own, law.wear_coefficient or 0.0, f"{side.key}.wear_coefficient")
         _add_apex(pressed, outlines, side)
         if side.primary is None or side.periodic:
             continue
@@ -120,11 +120,11 @@ def _add_apex(
             pressed[b].pressing.add((k, end))
 
 
-def _add_switches(pressed: PressedSides, outline: Outline, part: str, gap: Value) -> None:
+def _add_switches(pressed: PressedSides, outline: Outline, part: str, gap: Value, key: str) -> None:
     """Add where a gap, or the wear that opens it, has kinks and jumps along a part."""
     for k, (segment, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
         if segment.part == part:
-            rough = gap_switches(gap, segment, offset)
+            rough = gap_switches(gap, segment, offset, key)
             for arcs, fractions in zip((pressed.kinks, pressed.inner), rough, strict=True):
                 arcs.setdefault(k, []).extend(_inner(outline, k, fractions))
 
