@@ -22,8 +22,8 @@ REFUSED = [
     ("space_sphere", ["contact.0.friction_coefficient=z - 1"], "must be >= 0, is -1 at x = "),
     ("space_sphere", ["contact=[]", "step=[]"], "obstacle 'sphere': no part is in contact"),
     # adaptive meshes look at gaps and at parts that face one another before there is a mesh
-    ("shrink_fit", ['contact.0.primary="ring.hole"'], "contact[0].primary: body 'ring': no part"),
-    ("shrink_fit", ["contact.0.gap=x - z"], "contact[0].gap: unknown name 'z'"),
+    ("stack", ['contact.0.primary="base.hole"'], "contact[0].primary: body 'base': no part"),
+    ("stack", ["contact.0.gap=x - z"], "contact[0].gap: unknown name 'z'"),
     ("space_stack", ["body.0.boundary.0.value=[0, 0]"], "the body has 3 dimensions, got 2"),
     ("space_stack", ["step.1.boundary.0.value=[0.1, 0.2]"], "the body has 3 dimensions, got 2"),
     ("space_sphere", ["step.1.obstacle.0.displacement=[0, 1]"], "components here, got 2"),
