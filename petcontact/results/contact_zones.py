@@ -112,9 +112,9 @@ def hidden_slip(
     Beside an end at which q = K/√(2πs) shear up to g slips over a length of π K²/(8 g²), by 2/π
     times that length, g and the compliance (D. S. Dugdale, Yielding of steel sheets containing
     slits, J. Mech. Phys. Solids 8 (1960) 100-104). K is that of the largest q of the nodes, taken
-    for the mean over the element. Twice the length is told, and slip of twice what these make. In
-    two problems of `scripts/verify_random` the true slip was 0.26 and 1.06 times what is told, the
-    energy 0.03 and 0.8 times.
+    for the mean over the element. Twice the length is returned, and slip of twice what these make.
+    In two problems of `scripts/verify_random` the true slip was 0.26 and 1.06 times the returned
+    one, the energy 0.03 and 0.8 times.
 
     Parameters
     ----------
@@ -124,17 +124,17 @@ def hidden_slip(
         Those at places where stress has no bound.
     """
     most, element = (0.0, 0.0, 0.0, 0.0), mesh.element[nodes]
-    closed, at_end = pair.state != OPEN, np.isin(mesh.element[nodes], elements)
+    closed, at_end = pair.state != OPEN, np.isin(element, elements)
     at_edge = np.isin(element, element[closed]) & np.isin(element, element[~closed])
+    size = 2.0 * sizes(mesh)
     for each in set(element[closed & (at_end | at_edge)]):
         rows = np.flatnonzero((element == each) & closed)
         bound = pair.bound[rows]
         if np.any(pair.state[rows] != STICK) or not 0.0 < bound.min() < np.inf:
             continue
         q, g = float(lengths(pair.sigma_t[rows]).max()), float(bound.mean())
-        size = 2.0 * float(sizes(mesh)[each])
-        wide = 2.0 * (0.25 * math.pi * q / g) ** 2 * size
-        area, slip = wide * size ** (mesh.dim - 2), 2.0 * compliance * g * wide
+        wide = 2.0 * (0.25 * math.pi * q / g) ** 2 * float(size[each])
+        area, slip = wide * float(size[each]) ** (mesh.dim - 2), 2.0 * compliance * g * wide
         reached = g if at_end[rows[0]] else q
         most = max(most, (area, slip, g * slip * area, reached))
     return most

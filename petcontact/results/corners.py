@@ -40,6 +40,11 @@ class Corners:
         """The middle of each (k, d) [length]."""
         return np.asarray(self.ends.mean(axis=1))
 
+    @property
+    def points(self) -> Array:
+        """Those that are points, not edges (k', d) [length]."""
+        return np.asarray(self.ends[(self.ends[:, 0] == self.ends[:, 1]).all(axis=1), 0])
+
 
 @functools.singledispatch
 def corners_of(mesh: Any) -> Corners:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..fields.boundary.places import located, sizes
+from ..mesh.boundary_mesh import BoundaryMesh
 from .corners import corners_of
 from .evaluated import Evaluated
 from .numbers import Key, Number, end_of, stress_name
@@ -112,11 +113,9 @@ def _elements_at(solution: Evaluated, number: Number, near: NearStress) -> tuple
     """The number of nodes and the size of the elements at places; nan off the body."""
     mesh = solution.meshes[number.of]
     nodes, size = np.full((2, len(near.x)), np.nan)
-    for part in np.unique(near.parts).tolist():
-        rows = np.flatnonzero(near.parts == part)
-        element = located(mesh, near.x[rows], part, within=sizes(mesh))[0]
-        rows, element = rows[element >= 0], element[element >= 0]
-        nodes[rows], size[rows] = np.diff(mesh.first_node)[element], sizes(mesh)[element]
+    element, _ = _feet(mesh, near.x, near.parts)
+    on = element >= 0
+    nodes[on], size[on] = np.diff(mesh.first_node)[element[on]], sizes(mesh)[element[on]]
     return nodes, size
 
 
@@ -141,9 +140,8 @@ def _places(
         rival &= ~np.isin(element, each.elements)
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
     rows = np.append(beside, np.flatnonzero(rival))
-    rows = np.append(rows[:1], rows)
-    x, spread = np.vstack([place, state.x[rows[1:]]]), _spread(element, stress)[rows]
-    return x, np.append(number.part, parts[rows[1:]]), spread, 1 + len(beside)
+    x, spread = np.vstack([place, state.x[rows]]), _spread(element, stress)[rows]
+    return x, np.append(number.part, parts[rows]), np.append(spread[0], spread), 1 + len(beside)
 
 
 def _spread(element: Index, values: Array) -> Array:
@@ -161,10 +159,17 @@ def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Arr
     fields = solution.body_fields(number.of, end_of(solution, number))
     if not number.part:
         return np.asarray(getattr(fields.at(x, outside=np.nan), key))
-    stress = np.full(len(x), np.nan)
-    for part in np.unique(parts).tolist():
-        rows = np.flatnonzero(parts == part)
-        element, place = located(mesh, x[rows], part, within=sizes(mesh))
-        on = element >= 0
-        stress[rows[on]] = getattr(fields.on_boundary(element[on], place[on]), key)
+    element, place = _feet(mesh, x, parts)
+    stress, on = np.full(len(x), np.nan), element >= 0
+    stress[on] = getattr(fields.on_boundary(element[on], place[on]), key)
     return stress
+
+
+def _feet(mesh: BoundaryMesh, x: Array, parts: Any) -> tuple[Index, Array]:
+    """The elements (q,) that hold points on parts (q,) of the surface, -1 off it, and the places on
+    them."""
+    rows = [np.flatnonzero(parts == part) for part in np.unique(parts)]
+    hits = [located(mesh, x[some], str(parts[some[0]]), within=sizes(mesh)) for some in rows]
+    element, place = (np.concatenate(each) for each in zip(*hits, strict=True))
+    back = np.argsort(np.concatenate(rows))
+    return element[back], place[back]

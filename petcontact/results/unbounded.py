@@ -215,6 +215,7 @@ class _Body:
         self._name = name
         self.kappa = 3.0 - 4.0 * solution.problem.body[number].material.plane_strain_ratio
         self._corners = corners_of(self._mesh)
+        self._size = float(np.ptp(self._mesh.x, axis=0).max())
         self._pair = np.full(self._mesh.n_nodes, -1)
         self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
         self._pairs: list[tuple[PairResult, str, float]] = []
@@ -252,10 +253,9 @@ class _Body:
 
     def reach(self, x: Array) -> float:
         """The distance from a place without a bound up to which stress is left out [length]."""
-        ends, size = self._corners.ends, float(np.ptp(self._mesh.x, axis=0).max())
-        apart = np.linalg.norm(ends[(ends[:, 0] == ends[:, 1]).all(axis=1), 0] - x, axis=1)
-        nearest_corner = float(apart[apart > SINGLE * size].min(initial=np.inf))
-        return min(NEAR * size, 0.5 * nearest_corner)
+        apart = np.linalg.norm(self._corners.points - x, axis=1)
+        nearest_corner = float(apart[apart > SINGLE * self._size].min(initial=np.inf))
+        return min(NEAR * self._size, 0.5 * nearest_corner)
 
     def _corner_and_sides(self, number: int) -> tuple[_Corner, Sides]:
         """Return a corner by its number with what its two sides do."""
@@ -304,8 +304,7 @@ class _Body:
         """The angle of the corner at a point and what its side off the contact may be; where there
         is none those of a smooth free side, and the place on it that the point faces and the
         elements that meet there."""
-        size = float(np.ptp(self._mesh.x, axis=0).max())
-        meets = np.flatnonzero(np.linalg.norm(self._corners.x - x, axis=1) < SINGLE * size)
+        meets = np.flatnonzero(np.linalg.norm(self._corners.x - x, axis=1) < SINGLE * self._size)
         if len(meets):
             corner, sides = self._corner_and_sides(int(meets[0]))
             return corner.angle, _beside(sides, 1), None

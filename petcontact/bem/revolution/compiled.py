@@ -57,9 +57,8 @@ def _quadrature(tolerance: float, of_stress: bool) -> Array:
         points[:, order, : len(counts)] = counts, axes + 1.0 / axes
         for count in counts.tolist():
             add_points(rule_of(order), order, count)
-    table = np.full(
-        (MOST_POINTS + 1, 2, MOST_POINTS), [[0.5], [0.0]]
-    )  # whole vectors, filled up with nothing
+    # whole vectors, filled up with nothing
+    table = np.full((MOST_POINTS + 1, 2, MOST_POINTS), [[0.5], [0.0]])
     for count in range(1, MOST_POINTS + 1):
         table[count, :, :count] = _gauss(count)
     near = [math.ceil(2.0 * digits + 2.0), digits - 3.0, digits / 6.0, math.ceil(digits + 3.0)]
