@@ -330,7 +330,7 @@ class Contact(Model):
         Coulomb's coefficient µ >= 0: the shear is at most µp, or µ|p| where bilateral contact
         pulls [-].
     friction_bound : expression, optional
-        Tresca's bound g >= 0: the shear |σ_t| is at most g [stress]. Without this key and without
+        Tresca's bound b >= 0: the shear |σ_t| is at most b [stress]. Without this key and without
         a coefficient the contact is frictionless.
     wear_coefficient : expression, optional
         Archard's coefficient k >= 0 in unilateral contact: the worn depth is k ∫ p |dw|
@@ -448,7 +448,7 @@ class Pair(Model):
         Coulomb's coefficient µ >= 0: the shear is at most µp, or µ|p| where bilateral contact
         pulls [-].
     friction_bound : expression, optional
-        Tresca's bound g >= 0: the shear |σ_t| is at most g, also where Coulomb's law would allow
+        Tresca's bound b >= 0: the shear |σ_t| is at most b, also where Coulomb's law would allow
         more [stress]. Without this key and without a coefficient the contact is frictionless.
     wear_coefficient : expression, optional
         Archard's coefficient k >= 0 in unilateral contact: the worn depth of both sides together

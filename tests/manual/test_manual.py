@@ -131,6 +131,16 @@ def test_the_glossary_has_every_word_of_a_verdict(file):
     assert not {word for word in words if word.lower() not in chapter("glossary").lower()}
 
 
+def test_a_letter_has_one_meaning():
+    """g is the gap and b the bound of shear; in the paper, and its chapter, g is the bound."""
+    symbols = re.findall(r"^- \*\*(.+?)\*\*", chapter("glossary").partition("## Symbols")[2], re.M)
+    letters = [letter for each in symbols for letter in each.split(", ")]
+    assert len(letters) == len({*letters})
+    of_bound = re.compile(r"(?:bound|at most|[<∫≤]=?)\s+g\b|∫g\b")
+    texts = {page.stem: page.read_text() for page in PAGES if page.stem != "paper"}
+    assert not [name for name, text in texts.items() if of_bound.search(text)]
+
+
 def test_every_chapter_stands_in_one_of_the_four_books():
     """Chapters are the files, in the same book in `petcontact help`, on the site and in the README's
     table."""
