@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array, Mask, shown
-from ..fields.boundary.places import located, sizes
+from ..fields.boundary.places import located, points_at, sizes
 from ..round_off import SINGLE, SUMMED, first_largest
 from .evaluated import Evaluated
 from .peak_places import places_inside
@@ -28,11 +28,12 @@ NOTHING = 1e-6
 the boundary integral equations are taken for solved."""
 MORE = 1e-3
 """Share by which a stress inside is more than all on the surface, to be named besides."""
-CLIMBS, FINEST, GRID = 12, 1e-3, np.linspace(-1.0, 1.0, 5)
-"""Most steps of a climb, each to the best of a grid, which is a fifth as wide as the one before, or
-twice as wide where the way leads on; it ends with a grid of this share of the first, which is as
-wide as samples are apart. A maximum is flat: its value is right to the square of that. A field
-costs by its calls rather than by its points."""
+CLIMBS, FINEST, GRID = 12, 1e-3, 5
+"""Most steps of a climb, each to the best of a grid, which is as wide as the places of the one
+before are apart, or twice as wide where the way leads on; it ends with a grid of this share of the
+first, which is as wide as samples are apart. A maximum is flat: its value is right to the square of
+that. The grid has so many places along each direction inside; on a surface, which has one direction
+less, it has as many in all. A field costs by its calls rather than by its points."""
 SHALLOW = 0.5
 """Distance of stress inside from an element, over half the length of that, up to which it is that
 of the surface: displacements jump from element to element, and the stress that a jump makes falls
@@ -105,17 +106,13 @@ def stress_peaks(
 def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
     """Return the largest of one stress over bodies and steps."""
     peaks = [(peak, some) for some in samples for peak in some.peaks(key)]
-    largest = (
-        max(
-            (each for each in peaks if bool(each[0].part) == on),
-            key=lambda found: found[0].value,
-            default=None,
-        )
-        for on in (True, False)
-    )
-    surface, top = (each and each[1].top(key, each[0]) for each in largest)
-    if top and surface and top.value <= (1.0 + MORE) * surface.value:
-        top = None
+    tops, above = list[StressPeak | None](), -np.inf
+    for on in (True, False):
+        of_kind = (each for each in peaks if bool(each[0].part) == on)
+        largest = max(of_kind, key=lambda found: found[0].value, default=None)
+        tops.append(largest and largest[1].top(key, largest[0], above))
+        above = (1.0 + MORE) * tops[0].value if tops[0] else above
+    surface, top = tops
     unbounded = {
         (some.body, place.sides): (some.body, place)
         for some in reversed(samples)
@@ -150,6 +147,7 @@ class _Samples:
         mesh = self._fields.mesh
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
+        inside = inside[~(self._too_near(inside) | self._near_unbounded(inside))]
         size = float(np.ptp(mesh.x, axis=0).max())
         beyond, foot = located(mesh, self._around(boundary.x), within=sizes(mesh))
         self._element = np.append(element, beyond[beyond >= 0])
@@ -170,7 +168,6 @@ class _Samples:
         count = len(self._element)
         usable = np.isfinite(values)
         usable &= ~self._beside
-        usable[count:] &= ~self._too_near(self._x[count:])
         for rows in (np.arange(count), np.arange(count, len(values))):
             rows = rows[usable[rows]]
             if len(rows):
@@ -191,17 +188,19 @@ class _Samples:
             if not place.elements or values[np.isin(self._element, place.elements)].max() > bound
         ]
 
-    def top(self, key: str, peak: StressPeak) -> StressPeak | None:
-        """The top near a sample; None where the way up leads inside to a place without a bound.
+    def top(self, key: str, peak: StressPeak, above: float) -> StressPeak | None:
+        """The top near a sample; None where it is not above a bound, or where the way up leads
+        inside to a place without a bound.
 
-        On the surface it leads no nearer to such a place than its reach, so that what is found does
-        not depend on where the samples lie.
+        Between places of a grid stress is larger than at the best of them by less than it varies
+        from place to place. On the surface the way leads no nearer to a place without a bound than
+        its reach, so that what is found does not depend on where the samples lie.
         """
-        d, value, place = len(peak.place), peak.value, peak.place
+        value, place = peak.value, peak.place
         if value <= self._least:
-            return peak
-        ways = np.array(np.meshgrid(*[GRID] * d)).reshape(d, -1).T
-        step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[d + 1])
+            return peak if value > above else None
+        ways, apart = self._ways(peak)
+        step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[len(place) + 1])
         off = bool(peak.part) and not self._near_unbounded(place[None])[0]
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place + step * ways, peak.part)
@@ -210,12 +209,27 @@ class _Samples:
             if values[k] > (1.0 + FINEST**2) * value:
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
-            step *= 2.0 if reached >= step else 1.0 / len(GRID)
+            if not peak.part and self._near_unbounded(place[None])[0]:
+                return None
+            leads_on = reached > (1.0 - apart) * step
+            least = float(values[np.isfinite(values)].min(initial=value))
+            if not leads_on and 2.0 * value - least <= above:
+                return None
+            step *= 2.0 if leads_on else apart
             if step < FINEST * first:
                 break
-        if not peak.part and self._near_unbounded(place[None])[0]:
-            return None
-        return replace(peak, value=value, place=place)
+        return replace(peak, value=value, place=place) if value > above else None
+
+    def _ways(self, peak: StressPeak) -> tuple[Array, float]:
+        """The ways (k, d) from the place of a peak to those of a grid of half width 1, inside or on
+        the plane that touches the surface, and how far apart these are."""
+        mesh, axes = self._fields.mesh, np.eye(len(peak.place))
+        if peak.part:
+            foot = located(mesh, peak.place[None], peak.part, within=sizes(mesh))
+            axes = mesh.tangents_to(points_at(mesh, *foot)[1])[0]
+        count = round(GRID ** (len(peak.place) / len(axes)))
+        grid = np.meshgrid(*[np.linspace(-1.0, 1.0, count)] * len(axes))
+        return np.reshape(grid, (len(axes), -1)).T @ axes, 1.0 / count
 
     def _values_near(self, key: str, points: Array, part: str) -> tuple[Array, Array]:
         """Points inside, or the feet of points on a part of the surface, and the stress there."""
