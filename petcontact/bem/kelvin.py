@@ -99,10 +99,9 @@ def weighted(
 ) -> Array:
     """Multiply integrals (c, d, k, m) by data (k, d, s) at the nodes of elements and add. The
     result is (m, c, s)."""
-    return np.asarray(
-        np.einsum("ijkm,kjs->mis", by_traction, traction, optimize=True)
-        + np.einsum("ijkm,kjs->mis", by_displacement, displacement, optimize=True)
-    )
+    result = np.tensordot(traction, by_traction, ((0, 1), (2, 1)))
+    result += np.tensordot(displacement, by_displacement, ((0, 1), (2, 1)))
+    return np.asarray(result.T)
 
 
 def _from(x: Array, source: Array) -> tuple[Array, Array]:

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, shown
-from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
 from ..model.problem import Material
-from .joints import Joints
+from .joints import joints_of
 from .smoothing import smoothed
 from .stress_state import Field
 
@@ -97,23 +96,15 @@ def field_at(
     """Return displacement (m, d) and stress (m, d(d+1)/2) at points, from u and traction (n, d) of
     one state.
 
-    See `fields_at`.
+    See `InteriorField`.
     """
-    moved, stress = fields_at(mesh, u[..., None], traction[..., None], material, points, progress)
+    field = InteriorField(mesh, u[..., None], traction[..., None], material)
+    moved, stress = field.at(points, progress)
     return moved[..., 0], stress[..., 0]
 
 
-def fields_at(
-    mesh: BoundaryMesh,
-    u: Array,
-    traction: Array,
-    material: Material,
-    points: Array,
-    progress: Progress | None = None,
-    *,
-    outside: float | None = None,
-) -> tuple[Array, Array]:
-    """Return displacement and stress at points inside the body, by Somigliana's identities.
+class InteriorField:
+    """Displacement and stress inside a body, by Somigliana's identities.
 
     Data on constant elements are made smooth first, see `smoothing`. The integrals over elements
     are exact at every distance. Next to joints of elements the data are made continuous, see
@@ -129,80 +120,98 @@ def fields_at(
         Boundary displacement [length] and traction [stress] at the nodes, in s states. All states
         share the integrals.
     material : Material
-    points : (m, d) array
-        Points inside the body, not on its boundary [length].
-    progress : callable, optional
-        Called with the share of the elements that has been integrated, each time it grows.
-    outside : float, optional
-        Value at points outside the body. By default such points are an error.
-
-    Returns
-    -------
-    u : (m, d, s) array
-        Displacement by equation (4.9) [length].
-    stress : (m, d(d+1)/2, s) array
-        σ_xx, σ_yy, σ_xy, or in space σ_xx, σ_yy, σ_zz, σ_xy, σ_xz, σ_yz, by the derivative of (4.9)
-        [stress].
-
-    Raises
-    ------
-    InputError
-        If a point is not finite, or lies outside the body and `outside` is missing.
     """
-    d, states = mesh.components, u.shape[2]
-    points = points_in(points, mesh.dim)
-    motion = _rigid_motion(mesh, u)
-    u = u - motion(mesh.x)
-    mesh, u, traction = smoothed(mesh, u.reshape(len(u), -1), traction.reshape(len(u), -1))
-    u, traction = u.reshape(-1, d, states), traction.reshape(-1, d, states)
-    kernel = kernel_for(mesh, material)
-    scaled = traction / kernel.traction_scale
-    displacement, stress = (
-        np.zeros((len(points), d, states)),
-        np.zeros((len(points), d * (d + 1) // 2, states)),
-    )
-    wound = np.zeros(len(points))
-    many = mesh.n_nodes * len(points) > ENTRIES
-    # a series stands for 64 elements of one kind at distant points
-    groups = list(pieces(mesh, 64 if many else mesh.n_elements))
-    for number, group in enumerate(groups):
-        if progress is not None:
-            progress(number / len(groups))
-        pushed, moved = scaled[group.nodes], u[group.nodes]
-        expand, near = EXPANSIONS.get(type(kernel)), np.arange(len(points))
-        if expand is not None and many:
-            series = [
-                expand(kernel, group.elements, moved[..., s], pushed[..., s]) for s in range(states)
-            ]
-            is_near = series[0].near(points)
-            near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
-            for first in range(0, len(far), SERIES):
-                rows = far[first : first + SERIES]
-                for s, increment in enumerate(series):
-                    moves, stresses, turns = increment.fields_at(points[rows])
-                    displacement[rows, :, s] += moves
-                    stress[rows, :, s] += stresses
-                wound[rows] += turns
-        step = max(1, ENTRIES // len(group.nodes))
-        for first in range(0, len(near), step):
-            rows = near[first : first + step]
-            integrals = kernel.field(mesh.points(points[rows]), group.elements, moved, pushed)
-            for total, part in zip((displacement, stress, wound), integrals, strict=True):
-                total[rows] += part
-    _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
-    # in an infinite plate with holes every winding number is less by one, and a rigid motion of the
-    # boundary data has no field inside
-    filled = float(mesh.weight @ np.einsum("nd,nd->n", mesh.x, mesh.normal) > 0.0)
-    # the winding is 1 inside, 1/2 on the boundary, 0 outside
-    beyond = np.flatnonzero(~(wound > filled - 0.1))
-    if len(beyond) and outside is None:
-        raise InputError(
-            f"points: {shown(points[beyond[0]])} does not lie inside the body ({len(beyond)} of "
-            f"{len(points)} do not)"
+
+    def __init__(self, mesh: BoundaryMesh, u: Array, traction: Array, material: Material) -> None:
+        shape = (-1, *u.shape[1:])
+        self._motion = _rigid_motion(mesh, u)
+        u = (u - self._motion(mesh.x)).reshape(len(u), -1)
+        self._mesh, u, traction = smoothed(mesh, u, traction.reshape(len(u), -1))
+        self._u, self._traction = u.reshape(shape), traction.reshape(shape)
+        self._kernel = kernel_for(self._mesh, material)
+        self._next_to_joints = joints_of(self._mesh, self._u, self._traction)
+        # in an infinite plate with holes every winding number is less by one, and a rigid motion of
+        # the boundary data has no field inside
+        self._filled = float(mesh.weight @ np.einsum("nd,nd->n", mesh.x, mesh.normal) > 0.0)
+
+    def at(
+        self, points: Array, progress: Progress | None = None, outside: float | None = None
+    ) -> tuple[Array, Array]:
+        """Return displacement and stress at points inside the body.
+
+        Parameters
+        ----------
+        points : (m, d) array
+            Not on the boundary [length].
+        progress : callable, optional
+            Called with the share of the elements that has been integrated, each time it grows.
+        outside : float, optional
+            Value at points outside the body. By default such points are an error.
+
+        Returns
+        -------
+        u : (m, d, s) array
+            Displacement by equation (4.9) [length].
+        stress : (m, d(d+1)/2, s) array
+            σ_xx, σ_yy, σ_xy, or in space σ_xx, σ_yy, σ_zz, σ_xy, σ_xz, σ_yz, by the derivative of
+            (4.9) [stress].
+
+        Raises
+        ------
+        InputError
+            If a point is not finite, or lies outside the body and `outside` is missing.
+        """
+        mesh, kernel, (_, d, states) = self._mesh, self._kernel, self._u.shape
+        points, scaled = points_in(points, mesh.dim), self._traction / kernel.traction_scale
+        displacement, stress = (
+            np.zeros((len(points), d, states)),
+            np.zeros((len(points), d * (d + 1) // 2, states)),
         )
-    displacement += filled * motion(points)
-    displacement[beyond] = stress[beyond] = outside
-    return displacement, kernel.traction_scale * stress
+        wound = np.zeros(len(points))
+        many = mesh.n_nodes * len(points) > ENTRIES
+        # a series stands for 64 elements of one kind at distant points
+        groups = list(pieces(mesh, 64 if many else mesh.n_elements))
+        for number, group in enumerate(groups):
+            if progress is not None:
+                progress(number / len(groups))
+            pushed, moved = scaled[group.nodes], self._u[group.nodes]
+            expand, near = EXPANSIONS.get(type(kernel)), np.arange(len(points))
+            if expand is not None and many:
+                series = [
+                    expand(kernel, group.elements, moved[..., s], pushed[..., s])
+                    for s in range(states)
+                ]
+                is_near = series[0].near(points)
+                near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
+                for first in range(0, len(far), SERIES):
+                    rows = far[first : first + SERIES]
+                    for s, increment in enumerate(series):
+                        moves, stresses, turns = increment.fields_at(points[rows])
+                        displacement[rows, :, s] += moves
+                        stress[rows, :, s] += stresses
+                    wound[rows] += turns
+            step = max(1, ENTRIES // len(group.nodes))
+            for first in range(0, len(near), step):
+                rows = near[first : first + step]
+                integrals = kernel.field(mesh.points(points[rows]), group.elements, moved, pushed)
+                for total, part in zip((displacement, stress, wound), integrals, strict=True):
+                    total[rows] += part
+        for joint in self._next_to_joints(points):
+            pushed = joint.traction / kernel.traction_scale
+            targets = mesh.points(points[joint.rows])
+            changes = kernel.field(targets, joint.elements, joint.u, pushed)
+            for total, change in zip((displacement, stress), changes[:2], strict=True):
+                total[joint.rows] += joint.share[:, None, None] * change
+        # the winding is 1 inside, 1/2 on the boundary, 0 outside
+        beyond = np.flatnonzero(~(wound > self._filled - 0.1))
+        if len(beyond) and outside is None:
+            raise InputError(
+                f"points: {shown(points[beyond[0]])} does not lie inside the body ({len(beyond)} "
+                f"of {len(points)} do not)"
+            )
+        displacement += self._filled * self._motion(points)
+        displacement[beyond] = stress[beyond] = outside
+        return displacement, kernel.traction_scale * stress
 
 
 def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
@@ -221,37 +230,6 @@ def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
     # only motions that leave less than a tenth of the displacements are worth subtracting
     amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < 0.1 * np.abs(u).max(axis=(0, 1))
     return lambda x: np.asarray(mesh.motions.modes(x / size, centre / size) @ amplitudes)
-
-
-@functools.singledispatch
-def _add_next_to_joints(
-    mesh: BoundaryMesh,
-    kernel: Kernel,
-    u: Array,
-    traction: Array,
-    points: Array,
-    displacement: Array,
-    stress: Array,
-) -> None:
-    """Correct `displacement` and `stress` next to joints of curves. Surfaces need no correction."""
-
-
-@_add_next_to_joints.register
-def _(
-    mesh: CurveMesh,
-    kernel: Kernel,
-    u: Array,
-    traction: Array,
-    points: Array,
-    displacement: Array,
-    stress: Array,
-) -> None:
-    """Add the fields of the data's change at the ends of elements, see `joints`."""
-    for near in Joints(mesh, u, traction).near(points):
-        targets, pushed = mesh.points(points[near.rows]), near.traction / kernel.traction_scale
-        change_u, change_s, _ = kernel.field(targets, near.elements, near.u, pushed)
-        displacement[near.rows] += near.share[:, None, None] * change_u
-        stress[near.rows] += near.share[:, None, None] * change_s
 
 
 def field_on_grid(

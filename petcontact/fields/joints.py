@@ -10,6 +10,8 @@ the ends.
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +20,7 @@ import scipy
 from ..arrays import Array, Index, Mask
 from ..geometry.arcs import end_tangents
 from ..mesh.basis import gauss, lagrange, lagrange_coefficients
+from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.elements import Elements
 from ..mesh.grading import CORNER
@@ -122,6 +125,19 @@ class Joints:
         return Neighbourhood(
             rows, share, elements, np.concatenate(changes_u), np.concatenate(changes_t)
         )
+
+
+@functools.singledispatch
+def joints_of(
+    mesh: BoundaryMesh, u: Array, traction: Array
+) -> Callable[[Array], list[Neighbourhood]]:
+    """Return what finds the neighbourhoods of points (m, d); surfaces have none."""
+    return lambda points: []
+
+
+@joints_of.register
+def _(mesh: CurveMesh, u: Array, traction: Array) -> Callable[[Array], list[Neighbourhood]]:
+    return Joints(mesh, u, traction).near
 
 
 def runs_on(mesh: CurveMesh) -> Mask:

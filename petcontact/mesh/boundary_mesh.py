@@ -62,6 +62,8 @@ class BoundaryMesh(abc.ABC):
         Corners of each element, NaN where it has fewer [length].
     unit_length : float
         Length by which the arguments of the kernels are divided [length].
+    spheres : (n_elements, d) and (n_elements,) arrays
+        Centres and radii of spheres around the elements [length].
     """
 
     dim: ClassVar[int]
@@ -85,6 +87,8 @@ class BoundaryMesh(abc.ABC):
         def corners(self) -> Array: ...
         @property
         def unit_length(self) -> float: ...
+        @property
+        def spheres(self) -> tuple[Array, Array]: ...
 
     @property
     def smooth_normal(self) -> Array:

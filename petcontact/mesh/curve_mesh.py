@@ -137,6 +137,12 @@ class CurveMesh(BoundaryMesh):
         """Both ends of each element, (n_elements, 2, 2) [length]."""
         return np.stack([self.start, self.end], axis=1)
 
+    @functools.cached_property
+    def spheres(self) -> tuple[Array, Array]:
+        """As in `BoundaryMesh`; the radius is half the length."""
+        middle = self.variables_at(np.arange(self.n_elements), np.full(self.n_elements, 0.5))
+        return np.column_stack([middle["x"], middle["y"]]), 0.5 * self.length
+
     @property
     def kind(self) -> Index:
         """The order of each element, (n_elements,)."""

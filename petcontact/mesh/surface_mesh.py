@@ -110,6 +110,15 @@ class SurfaceMesh(BoundaryMesh):
             normal[self.first_node[group.index][:, None] + np.arange(group.n_nodes)] = unit
         return normal
 
+    @functools.cached_property
+    def spheres(self) -> tuple[Array, Array]:
+        """As in `BoundaryMesh`; the radius is the distance of the corners from the middle."""
+        centre, radius = np.empty((self.n_elements, 3)), np.empty(self.n_elements)
+        for batch in self.batches():
+            panels = batch.elements
+            centre[panels.index], radius[panels.index] = panels.centre, panels.size
+        return centre, radius
+
     @property
     def boxes(self) -> tuple[Array, Array]:
         """Least and largest coordinates of the points of each panel, (n_elements, 3) each

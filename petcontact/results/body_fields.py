@@ -14,9 +14,9 @@ from ..bem.kelvin import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
-from ..fields.boundary.places import located, points_at, sizes
+from ..fields.boundary.places import best_places, located, nodal_places, points_at, sizes
 from ..fields.boundary.stress import BoundaryField
-from ..fields.interior import Progress, fields_at, points_in, stress_across
+from ..fields.interior import InteriorField, Progress, points_in, stress_across
 from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.hints import among, nearest
@@ -111,6 +111,18 @@ class BodyFields:
         """The field on the boundary, without volume loads."""
         return BoundaryField(self.mesh, *self.data, self.loaded.body.material, self.state)
 
+    @functools.cached_property
+    def inside(self) -> InteriorField:
+        """The field inside, without volume loads."""
+        return _inside([self])
+
+    @functools.cached_property
+    def samples(self) -> tuple[Index, StressState]:
+        """The elements and the state of points of the boundary, see `Evaluated.boundary_state`."""
+        every = zip(nodal_places(self.mesh), best_places(self.mesh), strict=True)
+        element, place = (np.concatenate(both) for both in every)
+        return element, self.on_boundary(element, place)
+
     @property
     def known(self) -> bool:
         """Whether the stress is known: the stress in a superelement is not."""
@@ -118,8 +130,7 @@ class BodyFields:
 
     def on_boundary(self, element: Index, place: Array) -> StressState:
         """Return the field at places of elements (see `Hits`); a superelement has NaN stress."""
-        x = points_at(self.mesh, element, place)[0]
-        u, stress = self.boundary.displacement(element, place), self.boundary.stress(element, place)
+        x, u, stress = self.boundary.at(element, place)
         if not self.known:
             stress = np.full_like(stress, np.nan)
         return self.whole(x, u, stress, self.loads.volume_at(x))
@@ -177,8 +188,9 @@ def states_at(
     if part is not None and len(inside):
         raise InputError(f"part {part!r}: the point {shown(points[inside[0]])} does not lie on it")
     x, order = points[inside], np.argsort(np.concatenate([inside, on]), kind="stable")
-    u, stress = _inside(increments, x, progress, outside)
-    _next_to_boundary(increments, x, stress)
+    field = first.inside if len(increments) == 1 else _inside(increments)
+    u, stress = field.at(x, progress, outside)
+    _next_to_boundary(increments, field, x, stress)
     result = []
     for s, fields in enumerate(increments):
         within = fields.whole(x, u[..., s], stress[..., s], fields.loads.values_at(x))
@@ -194,18 +206,16 @@ def states_at(
     return result
 
 
-def _inside(
-    increments: Sequence[BodyFields], x: Array, progress: Progress | None, outside: float | None
-) -> tuple[Array, Array]:
-    """Return u (m, d, s) and σ (m, d(d+1)/2, s) inside the body, without volume loads."""
+def _inside(increments: Sequence[BodyFields]) -> InteriorField:
+    """Return the field inside the body after some increments, without volume loads."""
     first, data = increments[0], zip(*(fields.data for fields in increments), strict=True)
     u, traction = (np.stack(values, axis=2) for values in data)
-    return fields_at(
-        first.mesh, u, traction, first.loaded.body.material, x, progress, outside=outside
-    )
+    return InteriorField(first.mesh, u, traction, first.loaded.body.material)
 
 
-def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:
+def _next_to_boundary(
+    increments: Sequence[BodyFields], field: InteriorField, x: Array, stress: Array
+) -> None:
     """Replace stresses (m, c, s) so near to an element that the jumps between elements show.
 
     A parabola along the normal goes through the stress on the boundary and the stresses at two
@@ -228,7 +238,7 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     rows, free, s, below = rows[taken], free[taken], s[taken, None, None], below[:, taken]
     rim = np.stack(
         [
-            fields.boundary.stress(element[rows], place[rows])
+            fields.boundary.at(element[rows], place[rows])[2]
             - fields.loads.points_at(foot[taken])[1]
             for fields in increments
         ],
@@ -238,7 +248,7 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     blended = share * rim + (1.0 - share) * stress[rows]
     if free.any():
         first, second = np.split(
-            _inside(increments, below[:, free].reshape(-1, mesh.dim), None, np.nan)[1], 2
+            field.at(below[:, free].reshape(-1, mesh.dim), outside=np.nan)[1], 2
         )
         s, rim = s[free], rim[free]
         blended[free] = (

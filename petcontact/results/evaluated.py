@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution, volume_solution
 from ..errors import InputError
-from ..fields.boundary.places import best_places, nodal_places
+from ..fields.boundary.places import nodal_places
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
 from ..linalg import nearest as near
@@ -21,9 +21,10 @@ from ..model.hints import among
 from ..model.problem import Problem
 from ..refinement.known_data import gap_edges
 from .body_fields import BodyFields, states_at
-from .records import StepResult, WearHistory
+from .records import StepResult, WearHistory, step_ends
 from .report import Accuracy, Finding, Provenance
 
+T = TypeVar("T")
 LEAST_SLIP = 1e-3
 """Smallest slip that errors are compared with, over the displacement by the tractions, or of the
 whole body."""
@@ -127,14 +128,32 @@ class Evaluated:
         if body is not None and body not in names:
             raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
         name = names[0] if body is None else body
-        return BodyFields(
-            self.problem.loaded[names.index(name)],
-            self.meshes[name],
-            step.bodies[name],
-            self.volume_solutions[name],
-            self.contact_states(name, step),
-            step.shares,
-        )
+        return self.once(("fields", name), step, lambda: self._fields_of(name, step))
+
+    def _fields_of(self, name: str, step: StepResult) -> BodyFields:
+        loaded = next(each for each in self.problem.loaded if each.body.name == name)
+        states, volume = self.contact_states(name, step), self.volume_solutions[name]
+        mesh, result = self.meshes[name], step.bodies[name]
+        return BodyFields(loaded, mesh, result, volume, states, step.shares)
+
+    def once(self, key: Hashable, step: StepResult, compute: Callable[[], T]) -> T:
+        """Return what is computed of an increment; of the ends of steps, whose numbers are printed,
+        it is kept."""
+        if (key, id(step)) in self._kept:
+            return cast(T, self._kept[key, id(step)])
+        result = compute()
+        if any(step is each for each in step_ends(self.tried)):
+            self._kept[key, id(step)] = result
+        return result
+
+    @functools.cached_property
+    def _kept(self) -> dict[tuple[Hashable, int], Any]:
+        """What was computed once, by its key and the place of the step in memory."""
+        return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: all but what was kept."""
+        return {name: value for name, value in self.__dict__.items() if name != "_kept"}
 
     def contact_states(self, body: str, step: StepResult) -> Index:
         """State of the nodes of a body after an increment, (n,): -1 off the contact; numbers of
@@ -270,10 +289,7 @@ class Evaluated:
 
         The points are the nodes and the places at which the stress is most accurate.
         """
-        fields = self.body_fields(body, step)
-        nodes, best = nodal_places(fields.mesh), best_places(fields.mesh)
-        element, place = (np.concatenate(both) for both in zip(nodes, best, strict=True))
-        return element, fields.on_boundary(element, place)
+        return self.body_fields(body, step).samples
 
     def stress_on_boundary(
         self, body: str | None = None, step: StepResult | int | None = None

@@ -274,18 +274,15 @@ def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:
 
     The largest stresses are among them if `peaks` is true.
     """
-    numbers, steps = list[Number](), list[tuple[StepResult, dict[str, list[Unbounded]]]]()
-    for increments in ends_of_steps(solution):
+    numbers, steps = list[Number](), list(ends_of_steps(solution))
+    for increments in steps:
         places = unbounded_places(solution, increments[-1]) if peaks else {}
         numbers += _OfStep(solution, increments, places).all()
-        steps.append((increments[-1], places))
-    return [*numbers, *(_peak_numbers(solution, steps) if peaks else [])]
+    return [*numbers, *(_peak_numbers(solution, [each[-1] for each in steps]) if peaks else [])]
 
 
-def _peak_numbers(
-    solution: Evaluated, every: list[tuple[StepResult, dict[str, list[Unbounded]]]]
-) -> Iterator[Number]:
-    for name, peaks in stress_peaks(solution, every).items():
+def _peak_numbers(solution: Evaluated, ends: list[StepResult]) -> Iterator[Number]:
+    for name, peaks in stress_peaks(solution, ends).items():
         for peak, where in ((peaks.inside, "inside"), (peaks.surface, "on the surface")):
             if peak is not None:
                 at = peak.step.step, peak.step.cycle, np.array([peak.value]), "stress"

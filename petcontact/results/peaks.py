@@ -81,23 +81,15 @@ class Peaks:
     unbounded: list[tuple[str, Unbounded]]
 
 
-def stress_peaks(
-    solution: Evaluated,
-    ends: Sequence[tuple[StepResult, dict[str, list[Unbounded]]]] | None = None,
-) -> dict[str, Peaks]:
-    """Return the largest stresses by the names of `QUANTITIES`, where they are finite somewhere.
-
-    `ends` are the ends of steps with the places of `unbounded_places`, if these are known.
-    """
+def stress_peaks(solution: Evaluated, ends: Sequence[StepResult] | None = None) -> dict[str, Peaks]:
+    """Return the largest stresses by the names of `QUANTITIES`, where they are finite somewhere,
+    after some increments, by default the ends of steps."""
     # numbers of an altered file, or of a solve that failed, may overflow
     with np.errstate(all="ignore"):
-        if ends is None:
-            steps = step_ends(solution.steps or solution.tried)
-            ends = [(step, unbounded_places(solution, step)) for step in steps]
         samples = [
-            _Samples(solution, body, step, places)
-            for step, of_bodies in ends
-            for body, places in of_bodies.items()
+            _Samples(solution, body, step)
+            for step in ends or step_ends(solution.steps or solution.tried)
+            for body in solution.meshes
         ]
         by_name = {name: _largest(samples, key) for name, key in QUANTITIES.items()}
     return {name: peaks for name, peaks in by_name.items() if peaks != Peaks(None, None, [])}
@@ -139,11 +131,9 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
 class _Samples:
     """Stress of a body after a step at samples: on its boundary first, then inside."""
 
-    def __init__(
-        self, solution: Evaluated, body: str, step: StepResult, places: Sequence[Unbounded]
-    ) -> None:
+    def __init__(self, solution: Evaluated, body: str, step: StepResult) -> None:
         self._fields, self.body, self._step = solution.body_fields(body, step), body, step
-        self._places = places
+        self._places = unbounded_places(solution, step)[body]
         mesh = self._fields.mesh
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)

@@ -19,7 +19,7 @@ from .corners import corners_of
 from .evaluated import Evaluated
 from .numbers import Key, Number, end_of, stress_name
 from .peaks import FINEST
-from .unbounded import Unbounded, unbounded_places
+from .unbounded import unbounded_places
 
 BESIDE, INSIDE = 4, 0.2
 """Places at which a stress is compared on the boundary, the nearest that there are, and how far
@@ -53,18 +53,12 @@ class NearStress:
 
 def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, NearStress]:
     """Return the stress around each largest stress that has a place."""
-    stresses, unbounded = (
-        dict[Key, NearStress](),
-        dict[tuple[int, int], dict[str, list[Unbounded]]](),
-    )
+    stresses = dict[Key, NearStress]()
     for number in numbers:
         place = number.place if stress_name(number) and number.size != 0.0 else None
         if place is None or np.isinf(number.error):
             continue
-        end = end_of(solution, number)
-        if (at := (end.step, end.cycle)) not in unbounded:
-            unbounded[at] = unbounded_places(solution, end)
-        x, parts, spread, count = _places(solution, number, unbounded[at][number.of])
+        x, parts, spread, count = _places(solution, number)
         mesh = solution.meshes[number.of]
         corners = corners_of(mesh)
         away = np.linalg.norm(corners.x - place, axis=1)
@@ -119,9 +113,7 @@ def _elements_at(solution: Evaluated, number: Number, near: NearStress) -> tuple
     return nodes, size
 
 
-def _places(
-    solution: Evaluated, number: Number, unbounded: Sequence[Unbounded]
-) -> tuple[Array, Any, Array, int]:
+def _places(solution: Evaluated, number: Number) -> tuple[Array, Any, Array, int]:
     """The places of `NearStress`, their parts, the spread, and how many are the place and those
     beside it."""
     mesh, place = solution.meshes[number.of], number.place
@@ -131,11 +123,12 @@ def _places(
         ways = np.eye(mesh.dim)
         x = np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
         return x, np.full(len(x), ""), np.zeros(len(x)), len(x)
-    element, state = solution.boundary_state(number.of, end_of(solution, number))
+    end = end_of(solution, number)
+    element, state = solution.boundary_state(number.of, end)
     parts = np.array(mesh.part_names)[mesh.part[element]]
     away, stress = np.linalg.norm(state.x - place, axis=1), getattr(state, stress_name(number))
     rival = 2.0 * stress > number.value[0]
-    for each in unbounded:
+    for each in unbounded_places(solution, end)[number.of]:
         rival &= ~each.leaves_out(state.x)
         rival &= ~np.isin(element, each.elements)
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]

@@ -84,6 +84,10 @@ class Unbounded:
 
 def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Unbounded]]:
     """Of each body, after an increment."""
+    return solution.once("unbounded", step, lambda: _unbounded(solution, step))
+
+
+def _unbounded(solution: Evaluated, step: StepResult) -> dict[str, list[Unbounded]]:
     places: dict[str, list[Unbounded]] = {name: [] for name in solution.meshes}
     bodies = {name: _Body(solution, name, step) for name in solution.meshes}
     at_corners = (each for body in bodies.values() for each in body.singular(bodies))

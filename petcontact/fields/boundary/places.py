@@ -42,7 +42,7 @@ def located(
     numbers = np.arange(mesh.n_elements)
     if part is not None:
         numbers = numbers[mesh.part == mesh.part_names.index(part)]
-    centre, radius = _spheres(mesh)
+    centre, radius = mesh.spheres
     reach = SINGLE * radius if within is None else within
     candidates, row = within_reach(
         points, centre[numbers], (1.0 + SINGLE) * radius[numbers] + reach[numbers]
@@ -65,7 +65,7 @@ def sizes(mesh: BoundaryMesh) -> Array:
     The size of a curved element is half its length. That of a panel is the distance of its corners
     from its middle.
     """
-    return _spheres(mesh)[1]
+    return mesh.spheres[1]
 
 
 def points_at(mesh: BoundaryMesh, element: Index, place: Array) -> tuple[Array, Array]:
@@ -84,26 +84,8 @@ def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
     """
     element, place = located(mesh, x[None], within=np.full(mesh.n_elements, within))
     foot = points_at(mesh, element, place)[0][0]
-    centre, radius = _spheres(mesh)
+    centre, radius = mesh.spheres
     return foot, np.flatnonzero(np.linalg.norm(centre - foot, axis=1) < (1.0 + SINGLE) * radius)
-
-
-@functools.singledispatch
-def _spheres(mesh: Any) -> tuple[Array, Array]:
-    """Return the centres (n_elements, d) and the radii of spheres around the elements [length]."""
-    middle = mesh.variables_at(np.arange(mesh.n_elements), np.full(mesh.n_elements, 0.5))
-    return np.column_stack([middle["x"], middle["y"]]), 0.5 * mesh.length
-
-
-@_spheres.register
-def _(mesh: SurfaceMesh) -> tuple[Array, Array]:
-    centre, radius = np.empty((mesh.n_elements, 3)), np.empty(mesh.n_elements)
-    for batch in mesh.batches():
-        centre[batch.elements.index], radius[batch.elements.index] = (
-            batch.elements.centre,
-            batch.elements.size,
-        )
-    return centre, radius
 
 
 @functools.singledispatch

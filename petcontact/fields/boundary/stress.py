@@ -62,9 +62,10 @@ class BoundaryField:
             )
         self._label = label
         # the position is made smooth like the displacement, so that linear fields stay exact
-        self._mesh, moved, self._traction = smoothed(mesh, np.hstack([u, mesh.x]), traction)
+        self._mesh, moved, traction = smoothed(mesh, np.hstack([u, mesh.x]), traction)
         self._u, self._x = np.hsplit(moved, [mesh.components])
         self._u = self._mesh.on_axis(self._u)
+        self._nodal = np.hstack([self._u, self._x, traction])
 
     @functools.cached_property
     def _slopes(self) -> Slopes:
@@ -74,28 +75,21 @@ class BoundaryField:
     def _linear(self) -> Array:
         return linear_parts(self._mesh, self._x, self._u)
 
-    def displacement(self, element: Index, place: Array) -> Array:
-        """Return the displacement at places of elements (see `Hits`), (q, d) [length]."""
-        basis, (x, _) = (
-            self._mesh.basis_at(element, place),
-            points_at(self._mesh, element, place),
-        )
-        return np.asarray(
-            basis @ self._u + np.einsum("qij,qj->qi", self._linear[element], x - basis @ self._x)
-        )
-
-    def stress(self, element: Index, place: Array) -> Array:
-        """Return the stress at places of elements, (q, d(d+1)/2) [stress].
+    def at(self, element: Index, place: Array) -> tuple[Array, Array, Array]:
+        """Return the points (q, d), the displacement (q, d) and the stress (q, d(d+1)/2) at places
+        of elements (see `Hits`) [length, stress].
 
         The components are those of `field_at`.
         """
-        traction = self._mesh.basis_at(element, place) @ self._traction
         x, normal = points_at(self._mesh, element, place)
-        slopes, hoop = self._mesh.strained(
-            x, self.displacement(element, place), self._slopes.at(element, place)
+        u, smooth, traction = np.hsplit(
+            self._mesh.basis_at(element, place) @ self._nodal,
+            np.cumsum([self._mesh.components, self._mesh.dim]),
         )
+        u = u + np.einsum("qij,qj->qi", self._linear[element], x - smooth)
+        slopes, hoop = self._mesh.strained(x, u, self._slopes.at(element, place))
         normal = lifted(normal, self._mesh.components)
-        return components(hooke(traction, normal, slopes, self.material, hoop))
+        return x, u, components(hooke(traction, normal, slopes, self.material, hoop))
 
 
 def hooke(

@@ -22,7 +22,7 @@ from ...compliance.bodies import Interface
 from ...compliance.body.superelement import free_modes
 from ...compliance.interface import directions_looked_for
 from ...errors import InputError
-from ...fields.interior import fields_at
+from ...fields.interior import InteriorField
 from ...geometry.rotation import lifted
 from ...geometry.superelement import CondensedSurface
 from ...mesh.approximation import Function, approximated, sampled
@@ -133,9 +133,8 @@ def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
     if len(points):
         nothing = np.zeros((mesh.n_nodes, mesh.components, 1))
         with np.errstate(all="ignore"):  # on the boundary
-            displacements = fields_at(
-                mesh, nothing, nothing, body.material, points, outside=np.nan
-            )[0]
+            field = InteriorField(mesh, nothing, nothing, body.material)
+            displacements = field.at(points, outside=np.nan)[0]
         for k in np.flatnonzero(np.isnan(displacements).any(axis=(1, 2)))[:1]:
             raise InputError(
                 f"body {body.name!r}: point_force[{k}].at: {points[k].tolist()} does not lie "
