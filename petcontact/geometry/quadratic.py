@@ -168,7 +168,7 @@ class QuadraticCells:
         Newton's method from the nearest of a few points, along the sides once it has met them.
         """
         grid, left = samples(self.n_corners), np.arange(len(x))
-        away = np.linalg.norm(self.at(self.each(grid))[0] - x[:, None], axis=2)
+        away = np.linalg.norm(self.at(grid[None])[0] - x[:, None], axis=2)
         foot = grid[away.argmin(axis=1)]
         for _ in range(20):
             step = QuadraticCells(self.points[left])._newton_step(foot[left], x[left])

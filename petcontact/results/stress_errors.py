@@ -6,13 +6,14 @@ large.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
+from ..arrays import Array, Index
 from ..fields.boundary.places import located, sizes
 from ..mesh.boundary_mesh import BoundaryMesh
 from .corners import corners_of
@@ -37,6 +38,8 @@ class NearStress:
         as large and has a bound; and their parts, empty inside the body.
     values, spread : (q,) arrays
         The stress there, and how much it varies in the element of the surface there [stress].
+    element : (q,) array
+        The elements of the surface there, -1 inside.
     count : int
         How many are the place and those beside it.
     at_corner : bool
@@ -47,6 +50,7 @@ class NearStress:
     parts: Any
     values: Array
     spread: Array
+    element: Index
     count: int
     at_corner: bool
 
@@ -58,15 +62,20 @@ def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, N
         place = number.place if stress_name(number) and number.size != 0.0 else None
         if place is None or np.isinf(number.error):
             continue
-        x, parts, spread, count = _places(solution, number)
-        mesh = solution.meshes[number.of]
-        corners = corners_of(mesh)
-        away = np.linalg.norm(corners.x - place, axis=1)
-        at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
-        values = _stress_at(solution, number, x, parts)
-        at_corner = bool(number.part and at_corner)
-        stresses[number.key] = NearStress(x, parts, values, spread, count, at_corner)
+        end, near = end_of(solution, number), functools.partial(_near, solution, number, place)
+        stresses[number.key] = solution.once((number.key, *place), end, near)
     return stresses
+
+
+def _near(solution: Evaluated, number: Number, place: Array) -> NearStress:
+    """The stress around the place of a number."""
+    x, parts, spread, count = _places(solution, number, place)
+    mesh = solution.meshes[number.of]
+    corners = corners_of(mesh)
+    away = np.linalg.norm(corners.x - place, axis=1)
+    at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
+    values, element = _stress_at(solution, number, x, parts)
+    return NearStress(x, parts, values, spread, element, count, bool(number.part and at_corner))
 
 
 def stress_change(
@@ -80,44 +89,31 @@ def stress_change(
     panels, which are extrapolated to their corners, how much it varies in the element.
     """
     now, count = near.values, near.count
-    change = np.abs(now - _stress_at(coarser, number, near.x, near.parts))
+    other, element = _stress_at(coarser, number, near.x, near.parts)
+    change = np.abs(now - other)
     if np.isnan(change[:count]).all():
         return np.nan
     if number.part:
         own, accuracy = np.arange(len(now)) < count, solution.accuracy
         least = near.spread if accuracy.estimates else accuracy.error * number.size * own
-        same = _gains_nothing(solution, coarser, number, near)
+        nodes, size = _resolution(solution.meshes[number.of], near.element)
+        before, size_before = _resolution(coarser.meshes[number.of], element)
+        same = (element >= 0) & (nodes <= before) & (size > 0.8 * size_before)
         change = np.where(same, np.fmax(change, least), change)
     rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]
     off = max(np.nanmax(change[:count]), rivals.max(initial=-np.inf) - float(number.value[0]))
     return float(max(off, np.ptp(now[:count])) if near.at_corner else off)
 
 
-def _gains_nothing(
-    solution: Evaluated, coarser: Evaluated, number: Number, near: NearStress
-) -> Mask:
-    """Where (q,) elements of the surface have the nodes and the size of the coarser mesh."""
-    (nodes, size), (before, size_before) = (
-        _elements_at(each, number, near) for each in (solution, coarser)
-    )
-    return np.asarray((nodes <= before) & (size > 0.8 * size_before))
+def _resolution(mesh: BoundaryMesh, element: Index) -> tuple[Array, Array]:
+    """The numbers of nodes and the sizes of elements (q,)."""
+    return np.diff(mesh.first_node)[element], sizes(mesh)[element]
 
 
-def _elements_at(solution: Evaluated, number: Number, near: NearStress) -> tuple[Array, Array]:
-    """The number of nodes and the size of the elements at places; nan off the body."""
-    mesh = solution.meshes[number.of]
-    nodes, size = np.full((2, len(near.x)), np.nan)
-    element, _ = _feet(mesh, near.x, near.parts)
-    on = element >= 0
-    nodes[on], size[on] = np.diff(mesh.first_node)[element[on]], sizes(mesh)[element[on]]
-    return nodes, size
-
-
-def _places(solution: Evaluated, number: Number) -> tuple[Array, Any, Array, int]:
+def _places(solution: Evaluated, number: Number, place: Array) -> tuple[Array, Any, Array, int]:
     """The places of `NearStress`, their parts, the spread, and how many are the place and those
     beside it."""
-    mesh, place = solution.meshes[number.of], number.place
-    assert place is not None, "largest stresses lie somewhere"
+    mesh = solution.meshes[number.of]
     if not number.part:
         reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
         ways = np.eye(mesh.dim)
@@ -145,17 +141,17 @@ def _spread(element: Index, values: Array) -> Array:
     return np.asarray((most - least)[element])
 
 
-def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Array:
-    """The stress that a number is the largest of, at points inside, or on parts of the surface; nan
-    off the body."""
+def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> tuple[Array, Index]:
+    """The stress that a number is the largest of, at points inside, or on parts of the surface, and
+    the elements there; nan and -1 off the body."""
     mesh, key = solution.meshes[number.of], stress_name(number)
     fields = solution.body_fields(number.of, end_of(solution, number))
     if not number.part:
-        return np.asarray(getattr(fields.at(x, outside=np.nan), key))
+        return np.asarray(getattr(fields.at(x, outside=np.nan), key)), np.full(len(x), -1)
     element, place = _feet(mesh, x, parts)
     stress, on = np.full(len(x), np.nan), element >= 0
     stress[on] = getattr(fields.on_boundary(element[on], place[on]), key)
-    return stress
+    return stress, element
 
 
 def _feet(mesh: BoundaryMesh, x: Array, parts: Any) -> tuple[Index, Array]:

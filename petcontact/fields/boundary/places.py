@@ -48,7 +48,7 @@ def located(
         points, centre[numbers], (1.0 + SINGLE) * radius[numbers] + reach[numbers]
     )
     element = numbers[candidates]
-    place, distance, depth = _on(mesh, element, points[row])
+    place, distance, depth = _on(mesh, element, points[row], row, reach[element])
     kept = np.flatnonzero((distance < reach[element]) & (depth > -SINGLE))
     # distances on the boundary are round-off
     far = np.where(distance[kept] < SINGLE * radius[element[kept]], 0.0, distance[kept])
@@ -89,11 +89,14 @@ def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
 
 
 @functools.singledispatch
-def _on(mesh: Any, element: Index, x: Array) -> tuple[Array, Array, Array]:
+def _on(
+    mesh: Any, element: Index, x: Array, row: Index, reach: Array
+) -> tuple[Array, Array, Array]:
     """Return the feet of points (q, d) on elements (q,): place, distance and depth.
 
     The depth is the foot's distance from the rim of the element over the element's size; it is
-    negative outside.
+    negative outside. Points with one number `row`, increasing (q,), are one point, of which the
+    nearest element within its reach (q,) is looked for; others need no feet.
     """
     along = mesh.direction[element]
     left = np.column_stack([-along[:, 1], along[:, 0]])
@@ -111,11 +114,25 @@ def _on(mesh: Any, element: Index, x: Array) -> tuple[Array, Array, Array]:
 
 
 @_on.register
-def _(mesh: SurfaceMesh, element: Index, x: Array) -> tuple[Array, Array, Array]:
+def _(
+    mesh: SurfaceMesh, element: Index, x: Array, row: Index, reach: Array
+) -> tuple[Array, Array, Array]:
     place, distance, depth = np.zeros((len(x), 2)), np.full(len(x), np.inf), np.full(len(x), -1.0)
-    for kind in np.unique(mesh.kind[element]):
-        mine = np.flatnonzero(mesh.kind[element] == kind)
-        place[mine], distance[mine], depth[mine] = mesh.elements(element[mine]).feet(x[mine])
+    centre, radius = mesh.spheres
+    least = np.linalg.norm(x - centre[element], axis=1) - (1.0 + SINGLE) * radius[element]
+    order = np.lexsort((least, row))
+    first = order[np.append(True, np.diff(row[order]) > 0)[: len(order)]]
+    nearest, rest = np.full(int(row.max(initial=0)) + 1, np.inf), np.full(len(x), True)
+    rest[first] = False
+    # panels whose sphere is farther away than the first one's foot are not nearer
+    for chosen in (first, np.flatnonzero(rest)):
+        chosen = chosen[least[chosen] <= nearest[row[chosen]]]
+        for kind in np.unique(mesh.kind[element[chosen]]):
+            some = chosen[mesh.kind[element[chosen]] == kind]
+            feet = mesh.elements(element[some]).feet(x[some])
+            place[some], distance[some], depth[some] = feet
+        on = chosen[(distance[chosen] < reach[chosen]) & (depth[chosen] > -SINGLE)]
+        nearest[row[on]] = distance[on]
     return place, distance, depth
 
 
