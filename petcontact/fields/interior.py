@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, shown
+from ..arrays import Array, Index, shown
 from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError
-from ..mesh.boundary_mesh import BoundaryMesh, pieces
+from ..mesh.boundary_mesh import Batch, BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
 from ..model.problem import Material
@@ -127,9 +127,10 @@ class InteriorField:
         self._motion = _rigid_motion(mesh, u)
         u = (u - self._motion(mesh.x)).reshape(len(u), -1)
         self._mesh, u, traction = smoothed(mesh, u, traction.reshape(len(u), -1))
-        self._u, self._traction = u.reshape(shape), traction.reshape(shape)
+        self._u, traction = u.reshape(shape), traction.reshape(shape)
         self._kernel = kernel_for(self._mesh, material)
-        self._next_to_joints = joints_of(self._mesh, self._u, self._traction)
+        self._scaled = traction / self._kernel.traction_scale
+        self._next_to_joints = joints_of(self._mesh, self._u, traction)
         # in an infinite plate with holes every winding number is less by one, and a rigid motion of
         # the boundary data has no field inside
         self._filled = float(mesh.weight @ np.einsum("nd,nd->n", mesh.x, mesh.normal) > 0.0)
@@ -161,47 +162,17 @@ class InteriorField:
         InputError
             If a point is not finite, or lies outside the body and `outside` is missing.
         """
-        mesh, kernel, (_, d, states) = self._mesh, self._kernel, self._u.shape
-        points, scaled = points_in(points, mesh.dim), self._traction / kernel.traction_scale
-        displacement, stress = (
-            np.zeros((len(points), d, states)),
-            np.zeros((len(points), d * (d + 1) // 2, states)),
-        )
-        wound = np.zeros(len(points))
-        many = mesh.n_nodes * len(points) > ENTRIES
+        points, (_, d, states) = points_in(points, self._mesh.dim), self._u.shape
+        shapes = (d, states), (d * (d + 1) // 2, states), ()
+        displacement, stress, wound = totals = [np.zeros((len(points), *each)) for each in shapes]
+        many = self._mesh.n_nodes * len(points) > ENTRIES
         # a series stands for 64 elements of one kind at distant points
-        groups = list(pieces(mesh, 64 if many else mesh.n_elements))
+        groups = list(pieces(self._mesh, 64 if many else self._mesh.n_elements))
         for number, group in enumerate(groups):
             if progress is not None:
                 progress(number / len(groups))
-            pushed, moved = scaled[group.nodes], self._u[group.nodes]
-            expand, near = EXPANSIONS.get(type(kernel)), np.arange(len(points))
-            if expand is not None and many:
-                series = [
-                    expand(kernel, group.elements, moved[..., s], pushed[..., s])
-                    for s in range(states)
-                ]
-                is_near = series[0].near(points)
-                near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
-                for first in range(0, len(far), SERIES):
-                    rows = far[first : first + SERIES]
-                    for s, increment in enumerate(series):
-                        moves, stresses, turns = increment.fields_at(points[rows])
-                        displacement[rows, :, s] += moves
-                        stress[rows, :, s] += stresses
-                    wound[rows] += turns
-            step = max(1, ENTRIES // len(group.nodes))
-            for first in range(0, len(near), step):
-                rows = near[first : first + step]
-                integrals = kernel.field(mesh.points(points[rows]), group.elements, moved, pushed)
-                for total, part in zip((displacement, stress, wound), integrals, strict=True):
-                    total[rows] += part
-        for joint in self._next_to_joints(points):
-            pushed = joint.traction / kernel.traction_scale
-            targets = mesh.points(points[joint.rows])
-            changes = kernel.field(targets, joint.elements, joint.u, pushed)
-            for total, change in zip((displacement, stress), changes[:2], strict=True):
-                total[joint.rows] += joint.share[:, None, None] * change
+            self._add(group, points, totals, many)
+        self._add_next_to_joints(points, totals)
         # the winding is 1 inside, 1/2 on the boundary, 0 outside
         beyond = np.flatnonzero(~(wound > self._filled - 0.1))
         if len(beyond) and outside is None:
@@ -211,7 +182,45 @@ class InteriorField:
             )
         displacement += self._filled * self._motion(points)
         displacement[beyond] = stress[beyond] = outside
-        return displacement, kernel.traction_scale * stress
+        return displacement, self._kernel.traction_scale * stress
+
+    def _add(self, group: Batch, points: Array, totals: list[Array], many: bool) -> None:
+        """Add the integrals over some elements at points (m, d), or a series if these are many and
+        it converges."""
+        near, expand = np.arange(len(points)), EXPANSIONS.get(type(self._kernel))
+        if many and expand is not None:
+            near = self._add_far(group, points, totals, expand)
+        step = max(1, ENTRIES // len(group.nodes))
+        for rows in filter(len, np.split(near, np.arange(step, len(near), step))):
+            targets, u = self._mesh.points(points[rows]), self._u[group.nodes]
+            parts = self._kernel.field(targets, group.elements, u, self._scaled[group.nodes])
+            for total, part in zip(totals, parts, strict=True):
+                total[rows] += part
+
+    def _add_far(self, group: Batch, points: Array, totals: list[Array], expand: Any) -> Index:
+        """Add the series of some elements at distant points (m, d); return the other points."""
+        u, traction = self._u[group.nodes], self._scaled[group.nodes]
+        series = [
+            expand(self._kernel, group.elements, u[..., s], traction[..., s])
+            for s in range(u.shape[2])
+        ]
+        near = series[0].near(points)
+        far = np.flatnonzero(~near)
+        for rows in filter(len, np.split(far, np.arange(SERIES, len(far), SERIES))):
+            parts = [each.fields_at(points[rows]) for each in series]
+            for k, total in enumerate(totals[:2]):
+                total[rows] += np.stack([part[k] for part in parts], axis=2)
+            totals[2][rows] += parts[0][2]
+        return np.flatnonzero(near)
+
+    def _add_next_to_joints(self, points: Array, totals: list[Array]) -> None:
+        """Add the fields of the data's change at the ends of elements, see `joints`."""
+        for near in self._next_to_joints(points):
+            scaled = near.traction / self._kernel.traction_scale
+            targets = self._mesh.points(points[near.rows])
+            changes = self._kernel.field(targets, near.elements, near.u, scaled)
+            for total, change in zip(totals[:2], changes[:2], strict=True):
+                total[near.rows] += near.share[:, None, None] * change
 
 
 def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:

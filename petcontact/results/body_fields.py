@@ -188,9 +188,7 @@ def states_at(
     if part is not None and len(inside):
         raise InputError(f"part {part!r}: the point {shown(points[inside[0]])} does not lie on it")
     x, order = points[inside], np.argsort(np.concatenate([inside, on]), kind="stable")
-    field = first.inside if len(increments) == 1 else _inside(increments)
-    u, stress = field.at(x, progress, outside)
-    _next_to_boundary(increments, field, x, stress)
+    u, stress = _states_inside(increments, x, progress, outside)
     result = []
     for s, fields in enumerate(increments):
         within = fields.whole(x, u[..., s], stress[..., s], fields.loads.values_at(x))
@@ -211,6 +209,16 @@ def _inside(increments: Sequence[BodyFields]) -> InteriorField:
     first, data = increments[0], zip(*(fields.data for fields in increments), strict=True)
     u, traction = (np.stack(values, axis=2) for values in data)
     return InteriorField(first.mesh, u, traction, first.loaded.body.material)
+
+
+def _states_inside(
+    increments: Sequence[BodyFields], x: Array, progress: Progress | None, outside: float | None
+) -> tuple[Array, Array]:
+    """Return u (m, d, s) and σ (m, d(d+1)/2, s) at points inside, without volume loads."""
+    field = increments[0].inside if len(increments) == 1 else _inside(increments)
+    u, stress = field.at(x, progress, outside)
+    _next_to_boundary(increments, field, x, stress)
+    return u, stress
 
 
 def _next_to_boundary(

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..fields.boundary.places import located, sizes
 from ..mesh.boundary_mesh import BoundaryMesh
 from .corners import corners_of
@@ -96,18 +96,21 @@ def stress_change(
     if number.part:
         own, accuracy = np.arange(len(now)) < count, solution.accuracy
         least = near.spread if accuracy.estimates else accuracy.error * number.size * own
-        nodes, size = _resolution(solution.meshes[number.of], near.element)
-        before, size_before = _resolution(coarser.meshes[number.of], element)
-        same = (element >= 0) & (nodes <= before) & (size > 0.8 * size_before)
+        same = _gains_nothing((solution, coarser), number.of, np.array([near.element, element]))
         change = np.where(same, np.fmax(change, least), change)
     rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]
     off = max(np.nanmax(change[:count]), rivals.max(initial=-np.inf) - float(number.value[0]))
     return float(max(off, np.ptp(now[:count])) if near.at_corner else off)
 
 
-def _resolution(mesh: BoundaryMesh, element: Index) -> tuple[Array, Array]:
-    """The numbers of nodes and the sizes of elements (q,)."""
-    return np.diff(mesh.first_node)[element], sizes(mesh)[element]
+def _gains_nothing(solutions: Sequence[Evaluated], body: str, elements: Index) -> Mask:
+    """Where (q,) elements (2, q) of a body have the nodes and the size of the coarser mesh."""
+    meshes = (each.meshes[body] for each in solutions)
+    (nodes, size), (before, size_before) = (
+        (np.diff(mesh.first_node)[element], sizes(mesh)[element])
+        for mesh, element in zip(meshes, elements, strict=True)
+    )
+    return (elements.min(axis=0) >= 0) & (nodes <= before) & (size > 0.8 * size_before)
 
 
 def _places(solution: Evaluated, number: Number, place: Array) -> tuple[Array, Any, Array, int]:

@@ -147,7 +147,7 @@ def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
 ):
     """Of a largest stress of 10: stresses at its place, beside it and elsewhere, on two meshes, and
     how much it varies in panels that gain nothing on the second one."""
-    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: np.array(before))
+    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: (np.array(before), None))
     monkeypatch.setattr(stress_errors, "_gains_nothing", lambda *_: np.full(len(now), spread > 0.0))
     part = "side" if spread else ""
     around = (
@@ -156,7 +156,7 @@ def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
         np.array(now),
         np.where(np.arange(len(now)) < 2, spread, 0.0),
     )
-    near = stress_errors.NearStress(*around, 2, at_corner)
+    near = stress_errors.NearStress(*around, None, 2, at_corner)
     number = Number("von Mises stress", "body", 1, 0, np.array([10.0]), "stress", part=part)
     solution = SimpleNamespace(accuracy=SimpleNamespace(error=0.05, estimates=[0.2, 0.1]))
     found = stress_errors.stress_change(solution, None, number, near)
