@@ -110,7 +110,8 @@ def _gains_nothing(solutions: Sequence[Evaluated], body: str, elements: Index) -
         (np.diff(mesh.first_node)[element], sizes(mesh)[element])
         for mesh, element in zip(meshes, elements, strict=True)
     )
-    return (elements.min(axis=0) >= 0) & (nodes <= before) & (size > 0.8 * size_before)
+    same = (elements.min(axis=0) >= 0) & (nodes <= before) & (size > 0.8 * size_before)
+    return np.asarray(same)
 
 
 def _places(solution: Evaluated, number: Number, place: Array) -> tuple[Array, Any, Array, int]:
