@@ -171,16 +171,16 @@ class _Closed:
     friction: float
     normal: Array
 
-    def exponent(
+    def is_singular(
         self,
         angles: tuple[float, float],
         kappas: tuple[float, float],
         beside: tuple[tuple[SideKind, ...], tuple[SideKind, ...]],
-    ) -> float:
-        """The least λ of both ways to slip and of all that the other sides may be."""
+    ) -> bool:
+        """Whether λ < 1 for a way to slip and something that the other sides may be."""
         ways = {self.friction, -self.friction} if math.isfinite(self.friction) else {math.inf}
-        return min(
-            pair_exponent(angles, kappas, self.stiffer, *both)
+        return any(
+            pair_exponent(angles, kappas, self.stiffer, *both) < 1.0
             for both in itertools.product(ways, itertools.product(*beside))
         )
 
@@ -247,7 +247,7 @@ class _Body:
             corner, sides = self._corner_and_sides(number)
             closed = [side for side in sides if isinstance(side, _Closed)]
             partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
-            if self.exponent(corner, sides, partner) < 1.0:
+            if self.is_singular(corner, sides, partner):
                 yield self._name, corner.ends, corner.elements, corner.parts
                 under = partner and partner.facing(corner.x, closed[0].normal)[2]
                 if under:
@@ -277,8 +277,8 @@ class _Body:
         ]
         return _Corner(corners.ends[number], angle, tuple(elements.tolist()), names), sides
 
-    def exponent(self, corner: _Corner, sides: Sides, partner: _Body | None) -> float:
-        """The least λ of a corner; where it presses with one side and ends at a free one, its own
+    def is_singular(self, corner: _Corner, sides: Sides, partner: _Body | None) -> bool:
+        """Whether λ < 1 at a corner; where it presses with one side and ends at a free one, its own
         or that of the other body, that of both."""
         closed = [side for side in sides if isinstance(side, _Closed)]
         if len(closed) == 1 and (partner or (FREE,) in sides):
@@ -287,20 +287,21 @@ class _Body:
             )
             kappas, others = (self.kappa, (partner or self).kappa), (_beside(sides, 0), beside)
             if (FREE,) in others:
-                return closed[0].exponent((corner.angle, angle), kappas, others)
+                return closed[0].is_singular((corner.angle, angle), kappas, others)
         return self._own(
             corner, [side.kinds if isinstance(side, _Closed) else side for side in sides]
         )
 
-    def _own(self, corner: _Corner, kinds: list[tuple[SideKind, ...]]) -> float:
-        """The least λ of a corner by what its sides may be."""
+    def _own(self, corner: _Corner, kinds: list[tuple[SideKind, ...]]) -> bool:
+        """Whether λ < 1 at a corner by what its sides may be."""
         pairs = itertools.product(*kinds)
-        least = min(_exponent(corner.angle, self.kappa, *pair) for pair in pairs)
+        if any(_exponent(corner.angle, self.kappa, *pair) < 1.0 for pair in pairs):
+            return True
         if self._mesh.components == self._mesh.dim or not corner.angle > 0.0:
-            return least
+            return False
         parts = self._mesh.part[list(corner.elements)]
         given = [self._conditions.get(self._mesh.part_names[part]) for part in parts]
-        return min(least, torsion_exponent(corner.angle, given, kinds))
+        return torsion_exponent(corner.angle, given, kinds) < 1.0
 
     def facing(
         self, x: Array, normal: Array
