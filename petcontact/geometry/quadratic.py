@@ -47,6 +47,19 @@ def _shape_functions(corners: int) -> Array:
     return np.asarray(np.round(4.0 * result) / 4.0)
 
 
+def on_side(start: Array, middle: Array, stop: Array, t: Array | float) -> Array:
+    """Points of quadratic sides through three points each, at shares t of the way along them.
+
+    >>> on_side(np.zeros(1), np.array([0.5]), np.ones(1), 0.25)
+    array([0.25])
+    """
+    return np.asarray(
+        (1.0 - t) * (1.0 - 2.0 * t) * start
+        + 4.0 * t * (1.0 - t) * middle
+        + t * (2.0 * t - 1.0) * stop
+    )
+
+
 @functools.cache
 def samples(corners: int) -> Array:
     """Points (q, 2) spread evenly over a reference element, its corners and the middles of its

@@ -28,7 +28,7 @@ CONSTANT = frozenset({"pi", "e", "nx", "ny"})
 PARTS = 8
 """Parts of the interval around a candidate, of which each round keeps a quarter. More zeros or
 candidates than one in so many samples mean that a function is rough everywhere."""
-NEXT = 8.0 * TOLERANCE
+NEXT = PARTS * TOLERANCE
 """Width of neighbouring samples up to which a change of slope is only noise [-] (J. J. Moré and S.
 M. Wild, Estimating computational noise, SIAM J. Sci. Comput. 33, 2011)."""
 NOISE = 16.0

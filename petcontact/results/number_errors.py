@@ -19,7 +19,7 @@ from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import located, sizes
 from ..linalg.nearest import within
-from ..refinement.levels import CONTACT_LADDER, LEAST_GAIN
+from ..refinement.levels import LEAST_GAIN, MOST_GAIN
 from ..round_off import EPS
 from .evaluated import Evaluated, displacement_scale
 from .numbers import ENERGY, Key, Number, end_of, numbers_of, resultant, stress_name
@@ -209,7 +209,7 @@ def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:
     may agree by chance: the two before say how much they gain at most. Away from corners errors
     fall with twice the power of a force there.
     """
-    most = 1.0 + CONTACT_LADDER.most_gain
+    most = 1.0 + MOST_GAIN
     gains, other = np.array([LEAST_GAIN**2, most]), solution.coarser
     if len(estimates := np.array(solution.accuracy.estimates)) > 1:
         gains = estimates[-2:-4:-1] / max(estimates[-1], EPS)

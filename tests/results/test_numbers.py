@@ -17,7 +17,7 @@ from petcontact import MeshOptions, Rectangle, adapt, load, solve
 from petcontact.contact.law_protocol import SLIP
 from petcontact.mesh.grading import mesh_outline
 from petcontact.reference.hertz import LineContact, contact_modulus
-from petcontact.refinement.levels import CONTACT_LADDER
+from petcontact.refinement.levels import MOST_GAIN
 from petcontact.results import number_errors, stress_errors
 from petcontact.results.evaluated import displacement_scale
 from petcontact.results.numbers import ENERGY, Number, maximum
@@ -107,7 +107,7 @@ def test_meshes_along_curves_gain_as_little_as_corners_let_them():
     """The mesh before counts at the least gain away from corners, the one before that at the
     largest; in space both at the ratio of the estimates."""
     two = SimpleNamespace(coarser=SimpleNamespace(coarser=SimpleNamespace(coarser=None)))
-    for estimates, last in (([], 1.0 + CONTACT_LADDER.most_gain), ([0.3, 0.2, 0.1], 3.0)):
+    for estimates, last in (([], 1.0 + MOST_GAIN), ([0.3, 0.2, 0.1], 3.0)):
         two.accuracy = SimpleNamespace(estimates=estimates)
         gains = [gain for _, gain in number_errors._coarser(two)]
         assert gains == pytest.approx([2.0, last])

@@ -23,7 +23,7 @@ from ...refinement.contact_line import (
     largest,
     without_specks,
 )
-from ...refinement.levels import SLIP_LADDER, Level, believed
+from ...refinement.levels import MOST_GAIN, SLIP_LADDER, Level, believed
 from ...refinement.marks import ACCURACY, GradedOutline, LevelMesh
 from ...refinement.zones import Zone
 from ...results.evaluated import displacement_scale
@@ -165,7 +165,7 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
 
     The last difference is the error of the last level but one, hence a safe estimate for the last
     one. Two levels may agree by chance, or because both have the smallest possible elements at a
-    corner. Therefore no level counts as more than `most_gain` times better than the one before. The
+    corner. Therefore no level counts as more than `MOST_GAIN` times better than the one before. The
     estimate is also at least the error at corners. Errors C T_k there cause differences d_k = C
     (T_k - T_(k+1)), which bound C.
 
@@ -178,15 +178,15 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     """
     if len(differences) < 2:
         return math.inf
-    most = SLIP_LADDER.most_gain
     least = [
-        max(d, before / most) for d, before in zip(differences, [0.0, *differences], strict=False)
+        max(d, before / MOST_GAIN)
+        for d, before in zip(differences, [0.0, *differences], strict=False)
     ]
     steps = zip(least, truncation[:-1], truncation[1:], strict=True)
     # a difference bounds C only if its two meshes differ at corners
     bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
     left = truncation[-1] * min(bounds, default=0.0)
-    return max(believed(differences, most), left)
+    return max(believed(differences), left)
 
 
 def contact_lines(body: GradedOutline, solution: Solution) -> list[ContactLine]:

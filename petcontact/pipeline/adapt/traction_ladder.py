@@ -186,7 +186,7 @@ class Tractions(Strategy):
         """Estimated error of the last mesh: the last difference, which is the error of the mesh
         before; of one difference alone twice that, see `CONTACT_LADDER` [-]."""
         if not CONTACT_LADDER.believes(self.differences, self.wanted):
-            return believed(self.differences, CONTACT_LADDER.most_gain)
+            return believed(self.differences)
         return max(2.0 * self.differences[0], self._level.error)
 
     def shown(self) -> dict[str, Any]:

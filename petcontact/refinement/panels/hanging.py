@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index, Mask
+from ...geometry.quadratic import on_side
 from ...geometry.surface import Boundary
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import WRITTEN
@@ -25,8 +26,6 @@ Place = Callable[[int, Array, Array, Array], Array]
 Its arguments are the panel on which the point hangs, the ends of that panel's side, and the point's
 position on the quadratic side.
 """
-QUARTER = np.array([0.375, -0.125, 0.75])
-"""Quadratic shape functions of a side's ends and middle, at a quarter from the first end."""
 
 
 def closed(mesh: SurfaceMesh) -> SurfaceMesh:
@@ -150,10 +149,7 @@ def _off(
 ) -> Array:
     """Return the distance (n,) of quadratic sides of panels from the surface, at both quarters
     [length]."""
-    quarters = np.stack(
-        [np.einsum("i,inc->nc", QUARTER, np.stack(e)) for e in ((a, b, middle), (b, a, middle))],
-        axis=1,
-    )
+    quarters = np.stack([on_side(a, middle, b, share) for share in (0.25, 0.75)], axis=1)
     points = np.concatenate([quarters, mesh.corners[panel]], axis=1)
     away = np.linalg.norm(surface.onto(mesh.part[panel], points)[:, :2] - quarters, axis=2)
     return np.asarray(away.max(axis=1, initial=0.0))
@@ -200,7 +196,7 @@ class _Sides:
         if m not in self._ends:
             return
         for first, second in ((a, b), (b, a)):
-            point = QUARTER @ self.position[[first, second, m]]
+            point = on_side(*self.position[[first, m, second]], 0.25)
             hanging = self._middle.get(frozenset((first, m)))
             if hanging is None:  # several shorter sides may hang there
                 apart, near = self._tree.query(point)

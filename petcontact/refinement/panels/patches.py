@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...geometry.quadratic import QuadraticCells, samples
+from ...geometry.quadratic import QuadraticCells, on_side, samples
 from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.pairs.clipping import cross
 from ...mesh.surface_mesh import SurfaceMesh
@@ -317,11 +317,7 @@ def _rim(
         return None
     t = np.concatenate([np.arange(2 * count)[:, None] / (2 * count) for count in pieces.tolist()])
     start, middle, stop = np.repeat(loop, 2 * pieces, axis=1)
-    rim = (
-        (1.0 - t) * (1.0 - 2.0 * t) * start
-        + 4.0 * t * (1.0 - t) * middle
-        + t * (2.0 * t - 1.0) * stop
-    )
+    rim = on_side(start, middle, stop, t)
     reach = np.linalg.norm(zone.local(rim), axis=1)
     if reach.min() < CLEAR:
         return None

@@ -17,7 +17,7 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SOLVED
 from .hanging import closed
 from .patches import Patch
-from .zone import ContactEllipse
+from .zone import STRIP, ContactEllipse
 
 CORE, SHRINK = 0.5, 0.4
 """`CORE` is the radius of the core over that of the zone [-]. `SHRINK` is the distance of a ring's
@@ -27,7 +27,7 @@ SECTOR, LONG = np.pi / 6.0, 5.0
 """`SECTOR` is about the angle of a panel [rad], `LONG` the largest ratio of length to width at the
 edge. On longer panels of order 2 single nodes at the edge were closed, and others open. p was wrong
 by 8 % with three rings of 12 panels, and by 0.1 % with rings of 16."""
-NARROW = 0.02 * np.arange(-2.0, 3.0)
+NARROW = np.linspace(-STRIP, STRIP, 5)
 """Distances of the ends of rings of order 1 from the edge of a stick zone, over the radius of the
 contact [-]. One ring of order 2 lies between them and the core; a second one made no estimate
 smaller."""
