@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import atexit
+import contextlib
 import difflib
 import gc
 import importlib
@@ -15,6 +16,7 @@ from typing import Any, NoReturn
 
 from .. import __version__
 from ..runtime.failures import guarded
+from ..runtime.petsc import failure_comm
 from ..runtime.threads import cap_blas_threads
 
 COMMANDS = {
@@ -168,10 +170,13 @@ def entry() -> NoReturn:
         "PYDANTIC_DISABLE_PLUGINS", "__all__"
     )  # it would read the metadata of every installed package
     status = main()
-    if not status and sys.modules.keys().isdisjoint(("petsc4py.PETSc", "mpi4py.MPI")):
+    alone = sys.modules.keys().isdisjoint(("petsc4py.PETSc", "mpi4py.MPI"))
+    if (not status and alone) or (status > 128 and failure_comm() is None):
         # all is written: to take the objects of all modules apart takes longer than to give their
-        # memory back
+        # memory back, and threads of what a signal broke off may work on
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
         atexit._run_exitfuncs()
-        os._exit(0)
+        os._exit(status)
     gc.freeze()
     sys.exit(status)

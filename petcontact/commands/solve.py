@@ -93,7 +93,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
 
     status, tolerance = StatusLine(first and sys.stderr.isatty(), first), case.method.tolerance
     meshes = Meshes(status, output, replaces=is_replaced(arguments, output))
-    with stopping(comm) as stop:
+    with stopping(comm, meshes.saved) as stop:
 
         def monitor(state: Any) -> str:
             if arguments.monitor and first:
@@ -246,10 +246,21 @@ class Meshes:
 
     def __init__(self, status: Any, output: Path, *, replaces: bool) -> None:
         self._status, self._output, self.replaces = status, output, replaces
+        self._last: Any = None
 
-    def __call__(self, mesh: Any) -> None:
+    def saved(self) -> str:
+        """Save the solution on the last mesh, if there is one; what is saved, in words."""
         from ..results.hdf5 import write_solution
 
+        if self._last is None:
+            return "nothing was written"
+        # a reader computes the numbers, which take longer than some meshes
+        write_solution(self._output, replace(self._last, written=()), replace=self.replaces)
+        self.replaces = True
+        return saved_text(self._last, self._output)
+
+    def __call__(self, mesh: Any) -> None:
+        self._last = mesh.solution
         error = (
             f"error {mesh.estimate:.1e} estimated"
             if math.isfinite(mesh.estimate)
@@ -261,11 +272,7 @@ class Meshes:
             print(f"petcontact: {text}", file=sys.stderr, flush=True)
         if mesh.seconds > SOON:
             with contextlib.suppress(OutputError):  # the result itself will meet it
-                # a reader computes the numbers, which take longer than some meshes
-                write_solution(
-                    self._output, replace(mesh.solution, written=()), replace=self.replaces
-                )
-                self.replaces = True
+                self.saved()
 
 
 def overrides(words: list[str]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from .arcs import (
     signed_area,
     turns_left_once,
 )
+from .same_place import TOLERANCE
 from .surface import Boundary
 
 if TYPE_CHECKING:
@@ -156,9 +157,11 @@ class Outline(Boundary):
             self.diameter, [end for side in self.sides for end in (side.start, side.end)], "outline"
         )
         for side in self.sides:
-            if side.length <= 1e-12 * self.diameter:
+            if side.length <= TOLERANCE * self.diameter:
                 raise InputError(
-                    f"geometry: side {side.part!r} at {shown(side.start)} has no length"
+                    f"geometry: side {side.part!r} at {shown(side.start)} has no length: "
+                    f"{side.length:.2g}, and places of the body are one within "
+                    f"{TOLERANCE * self.diameter:.2g}"
                 )
         self._check_simple()
 

@@ -16,12 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, shown
+from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..linalg.nearest import FEW, squares
 from .curve_building import build_mesh
 from .curve_mesh import CurveMesh
-from .grading import at_ends, largest_turn, turn
+from .grading import LARGEST_MESH, at_ends, largest_turn, turn
 
 NEIGHBOUR = 4.0
 """Largest ratio of the lengths of two neighbouring elements [-]."""
@@ -141,7 +142,7 @@ def _cut_near(
 
     They are at most `near` times as long as far from other sides, and `most` of their side.
     """
-    before, limits = sum(map(len, orders)), _distance_limits(outline, breaks)
+    before, limits, nodes = sum(map(len, orders)), _distance_limits(outline, breaks), 0.0
     for k, (side, ends) in enumerate(zip(outline.sides, at_ends(outline, _spread), strict=True)):
         length = np.diff(breaks[k]) * side.length
         middles = 0.5 * (breaks[k][1:] + breaks[k][:-1]) * side.length
@@ -151,6 +152,14 @@ def _cut_near(
             apart = np.minimum(apart, (side.length - middles) * ends[1])
         limit = np.minimum(near * apart, most[k])
         count = np.maximum(1.0, np.ceil(length / limit - 1e-9))
+        nodes += float(count @ (orders[k] + 1.0))
+        if nodes > LARGEST_MESH:
+            place, thin = side.point(middles / side.length)[count.argmax()], limits[k].min()
+            raise InputError(
+                f"geometry: part {side.part!r} lies {thin:.2g} from another at {shown(place)}, and "
+                f"the outline is {outline.diameter / thin:.2g} times as large: elements as short "
+                f"give more than {LARGEST_MESH:.0e} nodes"
+            )
         count[count <= room] = 1.0
         breaks[k], orders[k] = _split(breaks[k], orders[k], count.astype(np.int64))
     return sum(map(len, orders)) > before

@@ -16,7 +16,8 @@ import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
-from .hints import nearest, unit_refused
+from .expressions import parse_expression
+from .hints import nearest, number_refused
 from .model_tree import models_at, stands_in
 
 if TYPE_CHECKING:
@@ -48,15 +49,18 @@ Vector = pydantic.Field(min_length=2, max_length=3)
 SHOWN = 3
 """Mistakes of a file that are named at once: more would not be one line."""
 LONGEST_EXPRESSION = 500
+FUNCTION = "<function "
 NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 NOT_IN_TITLES = re.compile(r"\x00")
 
 
 def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
     """One check instead of a union, whose report would name every branch."""
-    if callable(value) or (
-        isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION
-    ):
+    if isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION:
+        if not value.startswith(FUNCTION):
+            parse_expression(value)
+        return value
+    if callable(value):
         return value  # type: ignore[no-any-return]
     if _is_number(value):
         return float(value)
@@ -80,7 +84,7 @@ def _is_number(value: Any) -> bool:
 def _in_file(value: Any) -> Any:
     """What a result file says of an expression: a function has no text."""
     return (
-        f"<function {getattr(value, '__name__', type(value).__name__)}>"
+        f"{FUNCTION}{getattr(value, '__name__', type(value).__name__)}>"
         if callable(value)
         else value
     )
@@ -372,8 +376,8 @@ def _meant(mistake: Any, message: str, table: str) -> str:
         return f"; in {double if isinstance(given, dict) else f'brackets: [{_shown(given)}, ...]'}"
     if kind == "too_long" and all(isinstance(each, int) for each in given):
         return "; a number has a decimal point, not a comma"
-    refused = unit_refused(given) if kind == "float_type" and isinstance(given, str) else ""
-    return f"; {refused}" if refused else ""
+    refused = number_refused(given) if isinstance(given, str) else ""
+    return f"; {refused}" if refused and refused not in message else ""
 
 
 def _allowed(message: str) -> str:

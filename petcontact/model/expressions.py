@@ -15,7 +15,7 @@ import simpleeval
 
 from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
-from .hints import unit_refused
+from .hints import number_refused
 
 PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
 _FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
@@ -83,7 +83,7 @@ def _real(value: Any) -> Array:
 
 def _reason(text: str, error: Exception) -> str:
     """Why a text is no expression, and what is most often meant."""
-    if refused := unit_refused(text):
+    if refused := number_refused(text):
         return refused
     if re.search(r"\d\s*[a-z(]|\)\s*[\w(]", text):
         return PRODUCT
@@ -114,7 +114,8 @@ def parse_expression(text: str) -> ast.expr:
             or (isinstance(node, ast.Call) and node.keywords)
         ):
             raise InputError(
-                "only numbers, names, arithmetic, comparisons and functions are allowed"
+                "only numbers, names, arithmetic, comparisons and functions are allowed, as "
+                "where(x > 0, 1, 2)"
             )
         if isinstance(node, ast.Compare) and len(node.ops) > 1:
             raise InputError("chained comparisons are not allowed, write (a < x) * (x < b)")
@@ -182,10 +183,6 @@ def evaluate(
             ) from None
         text = f"{key}: unknown name {_shown(name)} in expression {_shown(value)}"
         raise InputError(f"{text}; {_allowed(variables, name)}") from None
-    except InputError as error:
-        raise InputError(f"{key}: cannot evaluate expression {_shown(value)}: {error}") from None
-    except RecursionError:
-        raise InputError(f"{key}: expression is nested too deeply") from None
     except (
         Exception
     ) as error:  # whatever a stranger's text does inside the evaluator is a mistake of the input
@@ -217,7 +214,10 @@ def _called(
         raise InputError(
             f"{name} has a parameter {unknown[0]!r}; allowed are {', '.join(variables)}"
         )
-    result = np.asarray(function(**{variable: variables[variable] for variable in names}))
+    try:
+        result = np.asarray(function(**{variable: variables[variable] for variable in names}))
+    except Exception as error:
+        raise InputError(f"{name} fails with {type(error).__name__}: {error}") from error
     try:
         values = result.astype(float, casting="unsafe" if result.dtype == object else "same_kind")
     except (TypeError, ValueError):

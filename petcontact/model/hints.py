@@ -58,13 +58,15 @@ def among(given: Any, names: Sequence[str], there: str = "there are") -> str:
     return nearest(given, [*names]) or f"; {there} {', '.join(names) or 'none'}"
 
 
-def unit_refused(text: str) -> str:
-    """Why a text that is a number with a unit is no number; nothing for any other text.
+def number_refused(text: str) -> str:
+    """Why a text that is a number with a unit or a comma is no number; nothing for any other text.
 
     Examples
     --------
-    >>> unit_refused("150 MPa")
+    >>> number_refused("150 MPa")
     'a number has no unit here: 150; [units] names units'
     """
+    if comma := re.fullmatch(r"([-+]?\d+),(\d+)", text.strip()):
+        return f"a number has a decimal point, not a comma: {comma[1]}.{comma[2]}"
     match = UNIT.fullmatch(text.strip())
     return f"a number has no unit here: {match[1]}; [units] names units" if match else ""

@@ -31,9 +31,10 @@ of many holes."""
 SHARED, ALONE = 3e-5, 600
 """The same a node on straight stretches of equal elements, beyond the first of each, whose clusters
 share their blocks."""
-SLENDER = 3e-5
-"""The same a node times the length of a strip over its thickness, whose sides see each other all
-along: strips of 13 and 40 of it, 2400 nodes, took 1.2 and 3.3 s."""
+SLENDER = (3e-5, 1e-7, 750.0)
+"""The same a node times the length of a strip over its thickness and times its square, and memory a
+node times the first [bytes]. Its sides see each other all along: strips of 13 and 40 of it, 2400
+nodes, took 1.2 and 3.3 s, of 200 and 400, 1206 and 2406 nodes, 8.2 and 68 s, 0.19 and 0.7 GB."""
 RATIO, CURVES = 30.0, 3
 """Largest ratio of node weights, and number of curves, that count as even."""
 CURVE_NODE, SHARED_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 2e3, 6e4, 7e4
@@ -113,10 +114,19 @@ def _curve_seconds(mesh: CurveMesh) -> float:
     around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
     curves = 1 + np.count_nonzero(steps > 3.0 * around)
     even = mesh.measure.max() <= RATIO * mesh.measure.min() and curves <= CURVES
+    return max(EVEN if even else UNEVEN, _slender_seconds(mesh)) * mesh.n_nodes
+
+
+def _slender(mesh: CurveMesh) -> float:
+    """Length of the strip with the perimeter and the area of a body over its thickness [-]."""
     length = float(mesh.weight.sum())
     inside = 0.5 * float(mesh.weight @ np.sum(mesh.normal * (mesh.x - mesh.x[0]), axis=1))
-    slender = length**2 / (4.0 * abs(inside)) if inside else 0.0
-    return max(EVEN if even else UNEVEN, SLENDER * slender) * mesh.n_nodes
+    return length**2 / (4.0 * abs(inside)) if inside else 0.0
+
+
+def _slender_seconds(mesh: CurveMesh) -> float:
+    slender = _slender(mesh)
+    return slender * (SLENDER[0] + SLENDER[1] * slender)
 
 
 def shared_nodes(mesh: CurveMesh) -> int:
@@ -132,12 +142,14 @@ def shared_nodes(mesh: CurveMesh) -> int:
 
 def _exact_curve_seconds(bem: Bem, mesh: CurveMesh) -> float:
     shared = shared_nodes(mesh)
-    return SHARED * shared + _curve_seconds(mesh) * (1.0 - shared / mesh.n_nodes)
+    single = SHARED * shared + _curve_seconds(mesh) * (1.0 - shared / mesh.n_nodes)
+    return max(single, _slender_seconds(mesh) * mesh.n_nodes)
 
 
 def _curve_memory(mesh: CurveMesh, contact: int) -> float:
     shared = shared_nodes(mesh)
-    return SHARED_NODE * shared + CURVE_NODE * (mesh.n_nodes - shared)
+    single = SHARED_NODE * shared + CURVE_NODE * (mesh.n_nodes - shared)
+    return max(single, SLENDER[2] * _slender(mesh) * mesh.n_nodes)
 
 
 COMPRESSIONS = {
@@ -272,8 +284,8 @@ def check_memory(
         raise InputError(
             f"mesh: dense operators of {sum(unknowns)} unknowns, {total} of contact, take "
             f"{needed / 1e9:.3g} GB, this machine has {there / 1e9:.3g}; use larger elements, or "
-            f"compression "
-            "where there is one"
+            f"compression where there is one (elements of thin bodies are as short as these are "
+            f"thick)"
         )
     return needed
 

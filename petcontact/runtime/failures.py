@@ -14,7 +14,7 @@ from pathlib import Path
 from ..errors import PetcontactError
 from .mpi import all_meet
 from .petsc import failure_comm, is_petsc_error, solver_error
-from .signals import Interrupted, install
+from .signals import Interrupted, install, watched
 from .terminal import mend_streams, printable, silence_output
 
 NO_MORE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF}
@@ -36,8 +36,9 @@ def guarded(program: Callable[[], int]) -> int:
     mend_streams()
     install()
     try:
-        status = program()
-        sys.stdout.flush()
+        with watched():
+            status = program()
+            sys.stdout.flush()
         return status
     except BrokenPipeError:
         silence_output()  # whoever read it has gone

@@ -4,10 +4,12 @@ write."""
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
@@ -37,10 +39,14 @@ class Interrupted(BaseException):
         self.exit_status = 128 + number
 
 
+LATEST = 3.0
+"""Seconds after which a signal ends what does not answer it [s]: batch systems kill later, and Open
+MPI 4 s after its own signal."""
 _installed = False
 _deferring = 0
 _pending: list[int] = []
 _together = False
+_rescue: Callable[[], str] | None = None
 
 
 def _handle(number: int, frame: FrameType | None) -> None:
@@ -75,6 +81,40 @@ def reinstall() -> None:
     does not)."""
     if _installed:
         install()
+
+
+@contextlib.contextmanager
+def watched() -> Iterator[None]:
+    """A block that a signal ends, with the process, also where the main thread does not come to it:
+    in a call of LAPACK, or as it waits for threads in one."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    over, (reader, writer) = threading.Event(), os.pipe()
+    os.set_blocking(writer, False)
+    before = signal.set_wakeup_fd(writer)
+    threading.Thread(target=_watch, args=(reader, over), daemon=True).start()
+    try:
+        yield
+    finally:
+        over.set()
+        signal.set_wakeup_fd(before)
+        os.close(writer)
+
+
+def _watch(reader: int, over: threading.Event) -> None:
+    """End the process `LATEST` after a signal, but while signals are held back and until the block
+    is over."""
+    number = os.read(reader, 1)  # nothing where the block ends without a signal
+    late = time.monotonic() + LATEST
+    while number and not over.wait(0.1):
+        if time.monotonic() > late and not _deferring:
+            try:
+                end = Interrupted(number[0], *([_rescue()] if _rescue else []))
+                print(f"petcontact: interrupted by {end}", file=sys.stderr, flush=True)
+            finally:
+                os._exit(128 + number[0])
+    os.close(reader)
 
 
 @contextlib.contextmanager
@@ -202,10 +242,18 @@ class Stop:
 
 
 @contextlib.contextmanager
-def stopping(comm: Any) -> Iterator[Stop]:
-    """A `Stop` that holds signals until the block is over."""
-    with contextlib.ExitStack() as held:
-        yield Stop(comm, held)
+def stopping(comm: Any, rescue: Callable[[], str]) -> Iterator[Stop]:
+    """A `Stop` that holds signals until the block is over.
+
+    `rescue` saves what there is, and says so, where a signal ends a phase that does not answer it.
+    """
+    global _rescue
+    _rescue = rescue
+    try:
+        with contextlib.ExitStack() as held:
+            yield Stop(comm, held)
+    finally:
+        _rescue = None
 
 
 def _pending_anywhere(comm: Any) -> int:

@@ -85,6 +85,10 @@ BACK = {"part": "b", "to": (0, 0)}
     [
         (lambda: polygon((0, 0), (2, 2), (2, 0), (0, 2)), "crosses or touches"),
         (lambda: polygon((0, 0), (2, 0), (2, 0), (0, 2)), "has no length"),
+        (
+            lambda: Rectangle(lower_left=(0, 0), upper_right=(4, 1e-9)).outline(),
+            "side 'right' at .* has no length: 1e-09, and places of the body are one within 2.4e-0",
+        ),
         (lambda: polygon((0, 0), (1, 0), (2, 0)), "crosses or touches"),
         (lambda: outline(BENT), "crosses or touches itself"),
         (lambda: polygon((0, 0), (math.nan, 0), (0, 2)), "finite"),

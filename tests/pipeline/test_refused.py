@@ -21,6 +21,11 @@ REFUSED = [
     ("space_sphere", ["contact.0.gap=s"], "unknown name 's'"),
     ("space_sphere", ["contact.0.friction_coefficient=z - 1"], "must be >= 0, is -1 at x = "),
     ("space_sphere", ["contact=[]", "step=[]"], "obstacle 'sphere': no part is in contact"),
+    ("stack", ["contact.0.gap=-9.0"], "overlaps by 9, "),
+    ("stack", ["contact.0.gap=0.1 if x > 0 else 0"], "contact[0].gap: only numbers, names"),
+    ("stack", ["contact.0.friction_coefficient=0,2"], "has a decimal point, not a comma: 0.2"),
+    ("stack", ["method.start=none.h5"], "method.start: 'none.h5' is on one mesh, and an adaptive"),
+    ("stack", ["body.1.geometry.upper_right=[4e5, 2]"], "give more than 1e+06 nodes"),
     # adaptive meshes look at gaps and at parts that face one another before there is a mesh
     ("stack", ['contact.0.primary="base.hole"'], "contact[0].primary: body 'base': no part"),
     ("stack", ["contact.0.gap=x - z"], "contact[0].gap: unknown name 'z'"),

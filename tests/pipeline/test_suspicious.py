@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures("unsampled")
         (None, {}, [-0.01]),
         ("a friction coefficient of 3", {"friction_coefficient": 3.0}, [-0.01]),
         ("bilateral contact closes a gap of 0.01", {"normal": "bilateral", "gap": 0.01}, [-0.01]),
-        ("overlaps by 0.2, far for the theory", {"gap": -0.2}, [-0.01]),
+        ("overlaps by 0.2, 14% of the size of a body, far for the theory", {"gap": -0.2}, [-0.01]),
         ("is strained by", {}, [-0.08]),
         ("have the same unit", {}, [-1e-12]),
         ("step '1': its contact carries nothing", {}, [0.01, -0.01]),

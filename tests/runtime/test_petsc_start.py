@@ -113,6 +113,38 @@ def test_a_signal_while_rubbish_is_collected_is_not_lost():
     assert done.stdout.splitlines() == ["works on", "SIGTERM; nothing was written"]
 
 
+UNANSWERED = """
+import os, signal, threading
+from concurrent.futures import ThreadPoolExecutor
+from petcontact.runtime import failures, signals
+
+class One:
+    getSize = lambda self: 1
+
+waiting = threading.Event()
+
+def stuck():
+    waiting.wait()
+    os.kill(os.getpid(), signal.SIGTERM)
+    threading.Event().wait()
+
+def waits():
+    with signals.stopping(One(), lambda: "mesh 1 is saved"), ThreadPoolExecutor(1) as pool:
+        result = pool.submit(stuck)
+        waiting.set()
+        result.result()
+
+signals.LATEST = 0.0
+failures.guarded(waits)
+"""
+
+
+def test_a_signal_ends_a_program_that_waits_for_its_threads():
+    done = python("-c", UNANSWERED)
+    assert done.returncode == 143
+    assert done.stderr == "petcontact: interrupted by SIGTERM; mesh 1 is saved\n"
+
+
 CONFIG = Path(__file__).parents[2] / "configs/example1.toml"
 
 

@@ -31,6 +31,7 @@ from ..pose.interfaces import check_parts
 from ..run import prepare, reported, run, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.path import divided_load, with_paths
+from ..steps.start import NAMES
 from .budget import USELESS, Reached, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
@@ -90,6 +91,11 @@ class AdaptiveSolve:
     ) -> None:
         self._began, self._reached = time.perf_counter(), reached
         check_parts(problem, problem.boundaries)  # strategies look at parts before meshes do
+        if problem.method.start not in NAMES:
+            raise InputError(
+                f"method.start: {problem.method.start!r} is on one mesh, and an adaptive solve "
+                "begins on meshes of its own; name mesh.element_size, or leave it out"
+            )
         self.strategy = strategy_for(problem)
         self.solver = LevelSolver(problem, comm, monitor, law, announce)
         self.solutions: list[Solution] = []
@@ -110,7 +116,7 @@ class AdaptiveSolve:
                 last = self.solutions[-1] if self.solutions else None
                 try:
                     solution = self.solver.solved(strategy, level, last)  # REFINE and SOLVE
-                except (SolverError, BrokenOff) as error:
+                except (SolverError, BrokenOff, InputError) as error:  # a mesh may be too large
                     self.broken_off = isinstance(error, BrokenOff)
                     if last is None:
                         raise

@@ -65,6 +65,7 @@ KINDS = {
     "unpaired": Kind("warning"),
     # initial gap or overlap over the size of the body
     "far apart": Kind("warning", 0.05),
+    "through": Kind("refused", 1.0),
     "ignored load": Kind("warning"),
     # pressure after all loads are taken away, over the largest pressure of the path
     "jam": Kind("warning", 1e-3),

@@ -1,4 +1,4 @@
-"""Checks of bodies and their meshes before the elimination: thickness, distortion, stiffness."""
+"""Checks of bodies and meshes before the elimination: thickness, distortion, stiffness, gaps."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from ...arrays import Mask
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
+from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
 from ...results.report import Finding
 from ...round_off import WRITTEN
@@ -128,3 +129,24 @@ def check_stiffness(problem: Problem) -> list[Finding]:
     )
     advice = "make it a rigid [[obstacle]], or leave out the soft one"
     return [new_finding("stiffness", text, advice=advice, measured=ratio)]
+
+
+def check_distances(
+    interfaces: Sequence[PosedInterface], boundaries: Sequence[Boundary], distances: Sequence[float]
+) -> list[Finding]:
+    """Find interfaces with large initial gaps or overlaps; an overlap of a whole body is
+    refused."""
+    findings = []
+    for posed, distance in zip(interfaces, distances, strict=True):
+        size = min(boundaries[number].diameter for number in posed.bodies)
+        kind = "through" if -distance > limit_of("through") * size else "far apart"
+        if np.isfinite(distance) and abs(distance) > limit_of(kind) * size:
+            far = distance > 0.0
+            how = f"lies {distance:.3g} apart" if far else f"overlaps by {-distance:.3g}"
+            text = (
+                f"pair {posed.name!r} {how}, {abs(distance) / size:.0%} of the size of a body, far "
+                "for the theory of small displacements"
+            )
+            advice = "check where the bodies lie, gaps, and radii"
+            findings.append(new_finding(kind, text, advice=advice, measured=abs(distance) / size))
+    return findings

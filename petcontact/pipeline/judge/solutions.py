@@ -26,7 +26,6 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
     findings = [
         *problem.discrete.findings,
         *_open(results),
-        *_far(problem.discrete),
         *problem.discrete.of_meshes,
         *(
             finding
@@ -180,18 +179,3 @@ def _distance(gaps: Array) -> str:
     if np.isinf(gap):
         return "faces nothing"
     return f"lies {gap:.3g} apart" if gap > 0.0 else "touches without pressure"
-
-
-def _far(discrete: Discrete) -> list[Finding]:
-    """Find interfaces with large initial gaps or overlaps."""
-    findings = []
-    for posed, distance in zip(discrete.sides, discrete.distance, strict=True):
-        limit = limit_of("far apart") * discrete.boundaries[posed.body].diameter
-        if np.isfinite(distance) and abs(distance) > limit:
-            far = distance > 0.0
-            how = f"lies {distance:.3g} apart" if far else f"overlaps by {-distance:.3g}"
-            text = f"pair {posed.name!r} {how}, far for the theory of small displacements"
-            advice = "check where the bodies lie, and gaps"
-            finding = new_finding("far apart", text, advice=advice, measured=distance, limit=limit)
-            findings.append(finding)
-    return findings

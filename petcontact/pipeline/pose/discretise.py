@@ -27,7 +27,7 @@ from ...refinement.meshes import mesh_of
 from ...results.report import Finding
 from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
 from ..judge.findings import new_finding, refuse
-from ..judge.meshes import check_meshes, check_stiffness, too_long_to_bend
+from ..judge.meshes import check_distances, check_meshes, check_stiffness, too_long_to_bend
 from .facing import contact_interface, facing_of, mismatch, periodic_interface
 from .interfaces import body_alone, check_parts
 from .laws import law_between, wear_between, with_law
@@ -149,6 +149,8 @@ def discretise(
         else like.facings
     )
     interfaces, distance, findings = _on_meshes(problem, meshes, facings)
+    findings += check_distances(problem.interfaces, boundaries, distance)
+    refuse(findings)
     interfaces, law, data = _law_and_data(problem, boundaries, meshes, interfaces, law)
     data, volumes = with_volume_loads(problem.loaded, meshes, data, like)
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
