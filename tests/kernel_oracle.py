@@ -214,7 +214,7 @@ def reference(element, point, poisson_ratio, length):
 
 
 def reference_stress(element, point, poisson_ratio):
-    """D and S as of `stress_integrals`, (3, 2, p+1), at a point off the element."""
+    """D and S of the stress Σ D t + 2µ Σ S u, (3, 2, p+1), at a point off the element."""
     return _integrals(element, point, lambda r, n: stress_of_kelvin(r, n, poisson_ratio))
 
 

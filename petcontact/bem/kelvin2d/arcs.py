@@ -98,11 +98,6 @@ class Arcs:
             log_modulus = 0.5 * np.log1p(np.maximum(2.0 * u.real + u.real**2 + u.imag**2, -1.0))
         return np.arctan2(u.imag, 1.0 + u.real) / self.angle, -log_modulus / self.angle
 
-    def far_points(self, order: int) -> int:
-        """Return the number of Gauss points for far targets: that of a straight element, or more
-        where the arc itself needs them."""
-        return _far_points(order, float(np.max(np.abs(self.angle))))
-
     def reach(self, radius: float) -> Array:
         """Return the distance from the middle beyond which every preimage has |z| > radius, from
         |ln(1+u)| >= ln(1+|u|)."""

@@ -56,7 +56,8 @@ def rule_of(order: int) -> Array:
     result = np.concatenate(
         [[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), room]
     )
-    for count, _ in tiers:
+    # the stress takes one point more, and the most next to close elements
+    for count in {MIDDLE, *(count + more for count, _ in tiers for more in (0, 1))}:
         add_points(result, order, count)
     return result
 
@@ -107,7 +108,7 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
         rows[:, 9] = some.reach(RULES[p].far_radius) ** 2
         bound = np.minimum(np.ceil(STEPS * np.abs(some.angle)) / STEPS, 0.5 * np.pi)
         rows[:, 10:13] = [counts(p, angle) for angle in bound.tolist()]
-        for count in {MIDDLE, *rows[:, 10:12].astype(np.int64).ravel().tolist()}:
+        for count in {*np.ravel(rows[:, [10, 10, 11]] + [0, 1, 0]).astype(np.int64).tolist()}:
             add_points(rule_of(p), p, count)
         s, product = product_weights(p, POINTS)
         wave = np.exp(-1j * np.multiply.outer(some.angle, s)) @ product.T

@@ -13,7 +13,7 @@ from ...mesh.elements import Elements, Targets
 from ..kelvin import KelvinSolution, weighted
 from .corner_elements import corner_columns
 from .integrals import integrals
-from .stress import stress_integrals
+from .stress import stress_inside
 
 
 class Kelvin2D(KelvinSolution):
@@ -43,19 +43,12 @@ class Kelvin2D(KelvinSolution):
         """As in `Kernel`."""
         return corner_columns(self, mesh, rows, nodes)
 
-    def stress_integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
-        """D [-] and S [-], (3, 2, k, m): stress xx, yy, xy over `traction_scale` at points off the
-        boundary is Σ D t + Σ S u, t over `traction_scale`."""
-        kernel_d, kernel_s = stress_integrals(targets.point, elements, self.poisson_ratio)
-        kernel_s *= self.unit_length
-        return kernel_d, kernel_s
-
     def field(
         self, targets: Targets, elements: Elements, u: Array, traction: Array
     ) -> tuple[Array, Array, Array]:
         """As in `Kernel`."""
         kernel_g, kernel_h = self.integrals(targets, elements)
-        kernel_d, kernel_s = self.stress_integrals(targets, elements)
         moved = weighted(kernel_g, -kernel_h, traction, u)
-        stress = weighted(kernel_d, kernel_s, traction, u)
+        u = self.unit_length * u
+        stress = stress_inside(targets, elements, u, traction, self.poisson_ratio)
         return moved, stress, -0.5 * np.einsum("iikm->m", kernel_h)

@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array, Complex, Index
 from ...mesh.basis import gauss
 from . import moments
-from .moments import RULES, Parts
+from .moments import Parts
 
 
 @dataclass(frozen=True)
@@ -51,20 +51,12 @@ class Segments:
             self.half[index],
         )
 
-    def reach(self, radius: float) -> Array:
-        """Distance from the middle beyond which |z| > radius."""
-        return radius * self.half
-
     def nodes(self, points: int) -> tuple[Complex, Complex]:
         """Points of Gauss quadrature and dx/ds there, (q, n)."""
         step: Complex = self.tangent * self.half
         return self.middle + gauss(points - 1)[0][:, None] * step, np.broadcast_to(
             step, (points, len(step))
         )
-
-    def far_points(self, order: int) -> int:
-        """Gauss points for far targets."""
-        return RULES[order].far
 
     def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
         """Return the integrals of the powers of 1/(s-z) for one close target of each element; see

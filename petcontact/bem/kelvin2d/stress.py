@@ -8,133 +8,84 @@ With ζ = x - y as a complex number and t, u complex at x (Kolosov's form of the
     conj((σ_xx - σ_yy)/2 + iσ_xy) = C/2 ∫ [(3-4ν) t̄ + t ζ̄/ζ] ds/ζ + 2µ iC/2 ∫ [u (dx̄ - 2ζ̄
     dx/ζ)/ζ² - ū dx/ζ²]
 
-Four complex integrals an element and basis function, analytic in 1/ζ and in closed form as in
-`moments`.
+Four complex integrals an element and basis function, analytic in 1/ζ: of points that are close to
+an element in closed form as in `moments`, of others by Gauss quadrature in native/plane/stress.c.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import AnyArray, Array, Complex, Index
-from ...mesh.basis import gauss, product_weights
-from ...mesh.elements import Elements
-from .arcs import CLOSE_SUM, MIDDLE, Arcs
+from ... import native
+from ...arrays import Array, Complex
+from ...mesh.basis import gauss
+from ...mesh.elements import Elements, Targets
+from .arcs import Arcs
+from .compiled import element_members, point_members
 from .integrals import shape_of
 from .segments import Segments
 
-FAR_RADIUS, FAR = 12.0, 1
-"""As in `moments.Rule`; FAR is added to the far points of G and H, whose kernels are less
-singular."""
-
-Integrals = tuple[Complex, ...]
+_stress = native.function("petcontact_plane_stress", "pipiipppp")
 
 
-def stress_integrals(
-    points: Array, elements: Elements, poisson_ratio: float
-) -> tuple[Array, Array]:
-    """Stress at points inside the body from boundary tractions and displacements: σ = Σ D t + 2µ Σ
-    S u.
+def stress_inside(
+    targets: Targets, elements: Elements, u: Array, traction: Array, poisson_ratio: float
+) -> Array:
+    """Stress at points inside the body, (m, 3, s), xx, yy, xy: Σ D t + 2µ Σ S u.
 
     Parameters
     ----------
-    points : (m, 2) array
-        Points off the boundary [length].
+    targets : Targets
+        m points off the boundary.
     elements : Elements
         n elements of order p.
+    u, traction : (n(p+1), 2, s) arrays
+        2µ times the displacement, and the traction, at the nodes in s states.
     poisson_ratio : float
         ν of plane strain; for plane stress pass ν/(1+ν).
-
-    Returns
-    -------
-    D : (3, 2, n(p+1), m) array
-        ∫ D_ij L_b ds [-], i = xx, yy, xy of the stress at the point, j the component of the
-        traction.
-    S : (3, 2, n(p+1), m) array
-        ∫ S_ij L_b ds [1/length], j the component of the displacement.
     """
-    order, n, m = elements.order, len(elements.index), len(points)
-    nodes = order + 1
-    integrals = np.empty((4, n, nodes, m), dtype=np.complex128)
-    point: Complex = points[:, 0] + 1j * points[:, 1]
-    curved = elements.curved
-    for chosen in (np.flatnonzero(~curved), np.flatnonzero(curved)):
-        if len(chosen) and m:
-            _fill(integrals, chosen, shape_of(elements.take(chosen)), order, point)
-    line, bent, double, triple = integrals.reshape(4, n * nodes, m)
-    scale = 1.0 / (4.0 * np.pi * (1.0 - poisson_ratio))
+    n, m, states = len(elements.index), len(targets.point), u.shape[2]
+    u, traction = native.contiguous(u), native.contiguous(traction)
+    stress, close = np.zeros((m, 3, states)), np.zeros((n, m), dtype=bool)
+    record = native.Struct(*element_members(elements, elements.index, poisson_ratio, 1.0, 1.0))
+    points = native.Struct(*point_members(targets))
+    arrays = map(native.pointer, (u, traction, stress, close))
+    _stress(record.address, n, points.address, m, states, *arrays)
+    element, column = np.nonzero(close)
+    u, traction = (of.reshape(n, -1, 2, states) for of in (u, traction))
+    for curved in np.unique(elements.curved[element]):
+        rows = elements.curved[element] == curved
+        near, at = element[rows], column[rows]
+        data = u[near], traction[near], poisson_ratio
+        np.add.at(stress, at, _close(targets.point[at], elements.take(near), *data))
+    return stress
+
+
+def _close(
+    point: Array, elements: Elements, u: Array, traction: Array, poisson_ratio: float
+) -> Array:
+    """Return the stress (k, 3, s) at one close point of each element, all straight or all arcs,
+    from data (k, p+1, 2, s)."""
+    shape = shape_of(elements)
+    local = shape.coordinates(point[:, 0] + 1j * point[:, 1])
+    line, bent, double, triple = (
+        values.T[..., None] for values in _closed_form(shape, elements.order, *local)
+    )
+    moved: Complex = u[:, :, 0] + 1j * u[:, :, 1]
+    pushed: Complex = traction[:, :, 0] + 1j * traction[:, :, 1]
     factor = 3.0 - 4.0 * poisson_ratio
-    kernel_d, kernel_s = np.empty((3, 2, n * nodes, m)), np.empty((3, 2, n * nodes, m))
-    _stress(kernel_d[:, 0], scale * line.real, 0.5 * scale * (factor * line + bent))
-    _stress(kernel_d[:, 1], -scale * line.imag, 0.5j * scale * (bent - factor * line))
-    _stress(kernel_s[:, 0], scale * double.imag, 0.5j * scale * (triple - double))
-    _stress(kernel_s[:, 1], scale * double.real, -0.5 * scale * (triple + double))
-    return kernel_d, kernel_s
-
-
-def _stress(out: Array, mean: Array, conjugate_deviator: AnyArray) -> None:
-    """xx, yy, xy from (σ_xx + σ_yy)/2 and conj((σ_xx - σ_yy)/2 + iσ_xy)."""
-    np.add(mean, conjugate_deviator.real, out=out[0])
-    np.subtract(mean, conjugate_deviator.real, out=out[1])
-    np.negative(conjugate_deviator.imag, out=out[2])
-
-
-def _fill(out: Complex, numbers: Index, shape: Segments | Arcs, order: int, point: Complex) -> None:
-    """Fill the four integrals of elements `numbers`, (n, p+1, m), by Gauss quadrature, and those
-    that are not far by closed forms."""
-    points = shape.far_points(order) + FAR
-    step = max(1, (1 << 17) // (points * len(point)))
-    for first in range(0, len(numbers), step):
-        rows = slice(first, min(first + step, len(numbers)))
-        some = shape.take(rows)
-        x, dx = some.nodes(points)
-        with np.errstate(
-            divide="ignore", invalid="ignore", over="ignore"
-        ):  # of pairs that are taken once more
-            values = _quadrature(
-                order, x.T[:, :, None], dx.T[:, :, None], some.half[:, None, None], point
-            )
-        for whole, part in zip(out, values, strict=True):
-            whole[numbers[rows]] = part
-        element, column = np.nonzero(
-            np.abs(point - some.middle[:, None]) < some.reach(FAR_RADIUS)[:, None]
-        )
-        near = some.take(element)
-        left, right, h = near.coordinates(point[column])
-        is_close = np.sqrt(left * left + h * h) + np.sqrt(right * right + h * h) < CLOSE_SUM
-        chosen = np.flatnonzero(is_close)
-        if len(chosen):
-            values = _closed_form(near.take(chosen), order, left[chosen], right[chosen], h[chosen])
-            _scatter(out, numbers[rows][element[chosen]], column[chosen], values)
-        chosen = np.flatnonzero(~is_close)
-        if len(chosen):
-            x, dx = near.take(chosen).nodes(MIDDLE)
-            values = _quadrature(order, x, dx, near.half[chosen], point[column[chosen]])
-            _scatter(out, numbers[rows][element[chosen]], column[chosen], values)
-
-
-def _scatter(out: Complex, element: Index, column: Index, values: Integrals) -> None:
-    for whole, part in zip(out, values, strict=True):
-        whole[element, :, column] = part.T
-
-
-def _quadrature(order: int, x: Complex, dx: Complex, half: Array, point: Complex) -> Integrals:
-    """∫ ds/ζ, ∫ ζ̄ ds/ζ², ∫ dx/ζ², ∫ (dx̄ - 2ζ̄ dx/ζ)/ζ² against the basis, over the second axis
-    from the end."""
-    _, product = product_weights(order, x.shape[-2])
-    zeta: Complex = x - point
-    inverse: Complex = 1.0 / zeta
-    ratio: Complex = zeta.conjugate() * inverse
-    scaled: Complex = dx * inverse * inverse
-    triple: Complex = dx.conjugate() * inverse * inverse - 2.0 * ratio * scaled
-    line: Complex = half * inverse
-    return product @ line, product @ (ratio * line), product @ scaled, product @ triple
+    mean = ((line * pushed).real + (double * moved).imag).sum(axis=1)
+    turned = 1j * (triple * moved - double * moved.conj())
+    deviator = 0.5 * (factor * line * pushed.conj() + bent * pushed + turned).sum(axis=1)
+    stress = [mean + deviator.real, mean - deviator.real, -deviator.imag]
+    return np.asarray(np.stack(stress, axis=1)) / (4.0 * np.pi * (1.0 - poisson_ratio))
 
 
 def _closed_form(
     shape: Segments | Arcs, order: int, left: Array, right: Array, h: Array
-) -> Integrals:
-    """The integrals of `_quadrature` for one close point an element, (p+1, k).
+) -> tuple[Complex, ...]:
+    """∫ ds/ζ, ∫ ζ̄ ds/ζ², ∫ dx/ζ², ∫ (dx̄ - 2ζ̄ dx/ζ)/ζ² against the basis for one close point an
+    element, (p+1, k).
 
     With x = α(s-z)/2, P = exp(-iαz) and Q = i exp(-iαξ) sinh(αh), 1/ζ = κP/(2τ) (cot x - i) and
     ζ̄ = 2/(κτ) [P exp(-ix) sin x + Q] on an arc; exp(-2ix) = 1 - 2i exp(-ix) sin x leads everything
