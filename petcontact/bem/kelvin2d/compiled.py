@@ -57,7 +57,8 @@ def rule_of(order: int) -> Array:
         [[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), room]
     )
     # the stress takes one point more, and the most next to close elements
-    for count in {MIDDLE, *(count + more for count, _ in tiers for more in (0, 1))}:
+    used = np.add.outer((0.0, 1.0), counts[: len(tiers)]).astype(np.int64)
+    for count in {MIDDLE, *used.ravel().tolist()}:
         add_points(result, order, count)
     return result
 

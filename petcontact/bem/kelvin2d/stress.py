@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from ... import native
-from ...arrays import Array, Complex
+from ...arrays import Array, Complex, Index
 from ...mesh.basis import gauss
 from ...mesh.elements import Elements, Targets
 from .arcs import Arcs
@@ -44,30 +44,30 @@ def stress_inside(
     poisson_ratio : float
         ν of plane strain; for plane stress pass ν/(1+ν).
     """
-    n, m, states = len(elements.index), len(targets.point), u.shape[2]
+    states = u.shape[2]
     u, traction = native.contiguous(u), native.contiguous(traction)
-    stress, close = np.zeros((m, 3, states)), np.zeros((n, m), dtype=bool)
+    close = np.zeros((len(elements.index), len(targets.point)), dtype=bool)
+    stress = np.zeros((len(targets.point), 3, states))
     record = native.Struct(*element_members(elements, elements.index, poisson_ratio, 1.0, 1.0))
     points = native.Struct(*point_members(targets))
-    arrays = map(native.pointer, (u, traction, stress, close))
-    _stress(record.address, n, points.address, m, states, *arrays)
-    element, column = np.nonzero(close)
-    u, traction = (of.reshape(n, -1, 2, states) for of in (u, traction))
-    for curved in np.unique(elements.curved[element]):
-        rows = elements.curved[element] == curved
-        near, at = element[rows], column[rows]
-        data = u[near], traction[near], poisson_ratio
-        np.add.at(stress, at, _close(targets.point[at], elements.take(near), *data))
+    pointers = map(native.pointer, (u, traction, stress, close))
+    _stress(record.address, len(close), points.address, len(stress), states, *pointers)
+    u, traction = (values.reshape(len(close), -1, 2, states) for values in (u, traction))
+    for curved in (False, True):
+        element, row = np.nonzero(close & (elements.curved == curved)[:, None])
+        if len(element):
+            some = elements.take(element)
+            stress += _close(row, targets.point, some, u[element], traction[element], poisson_ratio)
     return stress
 
 
 def _close(
-    point: Array, elements: Elements, u: Array, traction: Array, poisson_ratio: float
+    row: Index, point: Array, elements: Elements, u: Array, traction: Array, poisson_ratio: float
 ) -> Array:
-    """Return the stress (k, 3, s) at one close point of each element, all straight or all arcs,
-    from data (k, p+1, 2, s)."""
-    shape = shape_of(elements)
-    local = shape.coordinates(point[:, 0] + 1j * point[:, 1])
+    """Return the stress (m, 3, s) at points (m, 2) by elements, all straight or all arcs, that one
+    of them each, of number `row` (k,), is close to, from data (k, p+1, 2, s)."""
+    shape, result = shape_of(elements), np.zeros((len(point), 3, u.shape[3]))
+    local = shape.coordinates(point[row, 0] + 1j * point[row, 1])
     line, bent, double, triple = (
         values.T[..., None] for values in _closed_form(shape, elements.order, *local)
     )
@@ -77,8 +77,9 @@ def _close(
     mean = ((line * pushed).real + (double * moved).imag).sum(axis=1)
     turned = 1j * (triple * moved - double * moved.conj())
     deviator = 0.5 * (factor * line * pushed.conj() + bent * pushed + turned).sum(axis=1)
-    stress = [mean + deviator.real, mean - deviator.real, -deviator.imag]
-    return np.asarray(np.stack(stress, axis=1)) / (4.0 * np.pi * (1.0 - poisson_ratio))
+    stress = np.stack([mean + deviator.real, mean - deviator.real, -deviator.imag], axis=1)
+    np.add.at(result, row, stress / (4.0 * np.pi * (1.0 - poisson_ratio)))
+    return result
 
 
 def _closed_form(
