@@ -10,10 +10,10 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
-from ..kelvin import KelvinSolution, weighted
+from ..kelvin import KelvinSolution
 from .corner_elements import corner_columns
+from .inside import field_inside
 from .integrals import integrals
-from .stress import stress_inside
 
 
 class Kelvin2D(KelvinSolution):
@@ -47,8 +47,5 @@ class Kelvin2D(KelvinSolution):
         self, targets: Targets, elements: Elements, u: Array, traction: Array
     ) -> tuple[Array, Array, Array]:
         """As in `Kernel`."""
-        kernel_g, kernel_h = self.integrals(targets, elements)
-        moved = weighted(kernel_g, -kernel_h, traction, u)
-        u = self.unit_length * u
-        stress = stress_inside(targets, elements, u, traction, self.poisson_ratio)
-        return moved, stress, -0.5 * np.einsum("iikm->m", kernel_h)
+        constants = self.poisson_ratio, self.unit_length
+        return field_inside(targets, elements, u, traction, *constants)

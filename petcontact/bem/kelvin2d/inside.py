@@ -1,5 +1,5 @@
-"""Stress inside the body: the derivative of (4.9) with respect to the point, integrated over
-boundary elements.
+"""Displacement (4.9) and stress inside the body: the stress is the derivative of (4.9) with respect
+to the point, integrated over boundary elements.
 
 With ζ = x - y as a complex number and t, u complex at x (Kolosov's form of the kernels, C =
 1/(4π(1-ν))):
@@ -9,7 +9,7 @@ With ζ = x - y as a complex number and t, u complex at x (Kolosov's form of the
     dx/ζ)/ζ² - ū dx/ζ²]
 
 Four complex integrals an element and basis function, analytic in 1/ζ: of points that are close to
-an element in closed form as in `moments`, of others by Gauss quadrature in native/plane/stress.c.
+an element in closed form as in `moments`, of others by Gauss quadrature in native/plane/field.c.
 """
 
 from __future__ import annotations
@@ -25,13 +25,18 @@ from .compiled import element_members, point_members
 from .integrals import shape_of
 from .segments import Segments
 
-_stress = native.function("petcontact_plane_stress", "pipiipppp")
+_field = native.function("petcontact_plane_field", "pipiipppppp")
 
 
-def stress_inside(
-    targets: Targets, elements: Elements, u: Array, traction: Array, poisson_ratio: float
-) -> Array:
-    """Stress at points inside the body, (m, 3, s), xx, yy, xy: Σ D t + 2µ Σ S u.
+def field_inside(
+    targets: Targets,
+    elements: Elements,
+    u: Array,
+    traction: Array,
+    poisson_ratio: float,
+    length: float,
+) -> tuple[Array, Array, Array]:
+    """Displacement, stress and winding number at points inside the body, see `Kernel.field`.
 
     Parameters
     ----------
@@ -40,25 +45,28 @@ def stress_inside(
     elements : Elements
         n elements of order p.
     u, traction : (n(p+1), 2, s) arrays
-        2µ times the displacement, and the traction, at the nodes in s states.
+        Displacement [length], and traction over 2µ/ℓ [length], at the nodes in s states.
     poisson_ratio : float
         ν of plane strain; for plane stress pass ν/(1+ν).
+    length : float
+        ℓ, which scales the argument of the logarithm [length].
     """
-    states = u.shape[2]
-    u, traction = native.contiguous(u), native.contiguous(traction)
-    close = np.zeros((len(elements.index), len(targets.point)), dtype=bool)
-    stress = np.zeros((len(targets.point), 3, states))
-    record = native.Struct(*element_members(elements, elements.index, poisson_ratio, 1.0, 1.0))
+    n, m, states = len(elements.index), len(targets.point), u.shape[2]
+    constants = poisson_ratio, length, 1.0 / length
+    record = native.Struct(*element_members(elements, elements.index, *constants))
     points = native.Struct(*point_members(targets))
-    pointers = map(native.pointer, (u, traction, stress, close))
-    _stress(record.address, len(close), points.address, len(stress), states, *pointers)
-    u, traction = (values.reshape(len(close), -1, 2, states) for values in (u, traction))
+    u, traction = native.contiguous(u), native.contiguous(traction)
+    field = np.zeros((m, 2, states)), np.zeros((m, 3, states)), np.zeros(m)
+    close = np.zeros((n, m), dtype=bool)
+    pointers = map(native.pointer, (u, traction, *field, close))
+    _field(record.address, n, points.address, m, states, *pointers)
+    u, traction = (length * u).reshape(n, -1, 2, states), traction.reshape(n, -1, 2, states)
     for curved in (False, True):
         element, row = np.nonzero(close & (elements.curved == curved)[:, None])
         if len(element):
-            some = elements.take(element)
-            stress += _close(row, targets.point, some, u[element], traction[element], poisson_ratio)
-    return stress
+            data = elements.take(element), u[element], traction[element], poisson_ratio
+            field[1][:] += _close(row, targets.point, *data)
+    return field
 
 
 def _close(

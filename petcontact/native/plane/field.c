@@ -1,8 +1,11 @@
-/* Stress inside a body of the plane from the data at the nodes of elements: petcontact.bem.kelvin2d.stress in C, with the same
-   formulas, but for points close to an element. */
+/* Displacement and stress inside a body of the plane from the data at the nodes of elements: petcontact.bem.kelvin2d.inside in C,
+   with the same formulas, but for the stress at points close to an element. */
 
 #include "arcs.h"
+#include "constant.h"
 #include "straight.h"
+
+void petcontact_plane_values(const Element *e, const Constants *c, const Targets *t, Wanted w, Ends *ends, Values *v);
 
 enum { MIDDLE = 24 }; /* Gauss points between far and close */
 static const double CLOSE_SUM = 2.9;
@@ -55,9 +58,29 @@ INLINE void integrands_of(const Element *e, const Sources *s, int count, const d
         }
 }
 
+/* Adds what an element gives to the displacement at targets (m, 2, states), and to the winding numbers (m,). */
+INLINE void add_moved(const Element *e, const Values *values, int count, int64_t states, const double *u,
+                      const double *traction, double *moved, double *wound)
+{
+    for (int n = 0; n <= e->order; n++) {
+        const Values *v = values + n;
+        for (int i = 0; i < count; i++)
+            wound[i] -= 0.5 * (v->h00[i] + v->h11[i]);
+        for (int64_t k = 0; k < states; k++) {
+            const double tx = traction[2 * n * states + k], ty = traction[(2 * n + 1) * states + k];
+            const double ux = u[2 * n * states + k], uy = u[(2 * n + 1) * states + k];
+            for (int i = 0; i < count; i++) {
+                double *to = moved + 2 * i * states + k;
+                to[0] += (v->g00[i] * tx + v->g01[i] * ty) - (v->h00[i] * ux + v->h01[i] * uy);
+                to[states] += (v->g01[i] * tx + v->g11[i] * ty) - (v->h10[i] * ux + v->h11[i] * uy);
+            }
+        }
+    }
+}
+
 /* The mean of σ_xx and σ_yy and the conjugate deviator, over c->scale, at `count` targets, from one state's data. */
 INLINE void sums_of(const Element *e, const Constants *c, const Integrands *v, int points, int count, int64_t states,
-                    const double *u, const double *traction, double *mean, double *re, double *im)
+                    double length, const double *u, const double *traction, double *mean, double *re, double *im)
 {
     const Gauss *rule = e->rule->gauss + points;
     for (int i = 0; i < count; i++)
@@ -68,8 +91,8 @@ INLINE void sums_of(const Element *e, const Constants *c, const Integrands *v, i
             const double weight = rule->product[n][q];
             tx += weight * traction[2 * n * states];
             ty += weight * traction[(2 * n + 1) * states];
-            ux += weight * u[2 * n * states];
-            uy += weight * u[(2 * n + 1) * states];
+            ux += weight * length * u[2 * n * states];
+            uy += weight * length * u[(2 * n + 1) * states];
         }
         for (int i = 0; i < count; i++) {
             const double l_re = v->line_re[q][i], l_im = v->line_im[q][i], b_re = v->bent_re[q][i], b_im = v->bent_im[q][i];
@@ -84,13 +107,17 @@ INLINE void sums_of(const Element *e, const Constants *c, const Integrands *v, i
     }
 }
 
-/* Adds to the stress (m, 3, states) at m points what n elements of one order cause there by displacements and tractions over 2µ,
-   (n nodes, 2, states); `close` (n, m) becomes 1 where an element is close to a point, which gets nothing from it. */
-DISPATCHED void petcontact_plane_stress(const Elements *elements, int64_t n, const Points *points, int64_t m, int64_t states,
-                                        const double *u, const double *traction, double *stress, char *close)
+/* Adds to the displacement (m, 2, states), the stress (m, 3, states) over the scale of tractions and the winding number (m,) at m
+   points what n elements of one order cause there by displacements and scaled tractions, (n nodes, 2, states); `close` (n, m)
+   becomes 1 where an element is close to a point, whose stress gets nothing from it. */
+DISPATCHED void petcontact_plane_field(const Elements *elements, int64_t n, const Points *points, int64_t m, int64_t states,
+                                       const double *u, const double *traction, double *moved, double *stress, double *wound,
+                                       char *close)
 {
     const Constants c = constants_of(elements);
     Targets t;
+    Ends ends;
+    Values values[NODES];
     Sources s;
     Integrands v;
     int counts[CHUNK], rows[CHUNK];
@@ -100,6 +127,10 @@ DISPATCHED void petcontact_plane_stress(const Elements *elements, int64_t n, con
         for (int64_t i = 0; i < n; i++) {
             const Element e = element_of(elements, i);
             const int64_t data = i * (e.order + 1) * 2 * states;
+            if (!i)
+                ends.end = 0;
+            petcontact_plane_values(&e, &c, &t, (Wanted){1, 1, 0, e.order + 1}, &ends, values);
+            add_moved(&e, values, t.count, states, u + data, traction + data, moved + 2 * first * states, wound + first);
             counts_of(&e, &t, counts);
             for (int k = 0; k < t.count; k++)
                 close[i * m + first + k] = counts[k] == 0;
@@ -116,7 +147,8 @@ DISPATCHED void petcontact_plane_stress(const Elements *elements, int64_t n, con
                 sources_of(&e, number, &s);
                 integrands_of(&e, &s, count, x, y, &v);
                 for (int64_t k = 0; k < states; k++) {
-                    sums_of(&e, &c, &v, number, count, states, u + data + k, traction + data + k, mean, re, im);
+                    sums_of(&e, &c, &v, number, count, states, elements->length, u + data + k, traction + data + k, mean, re,
+                            im);
                     for (int j = 0; j < count; j++) {
                         double *to = stress + (first + rows[j]) * 3 * states + k;
                         to[0] += c.scale * (mean[j] + re[j]);
