@@ -26,13 +26,7 @@ from .report import Finding
 
 @dataclass(frozen=True)
 class SolutionData(Evaluated):
-    """What a solve found and a result file holds; `Solution` adds what can be done with it.
-
-    Attributes
-    ----------
-    written : tuple of Number, optional
-        The numbers that a file holds.
-    """
+    """What a solve found and a result file holds; `Solution` adds what can be done with it."""
 
     written: tuple[Number, ...] | None = field(default=None, repr=False, compare=False)
 

@@ -34,41 +34,7 @@ whole body."""
 class Evaluated:
     """What a solve found, and what can be evaluated of it anywhere in the bodies.
 
-    Attributes
-    ----------
-    problem : Problem
-        What was solved; a one-body file is one body named "body".
-    meshes : dict of BoundaryMesh by body
-    nodes : dict of (m,) arrays by interface
-        Numbers of the secondary's nodes in its body's mesh.
-    sides : dict of (body, part) by interface
-        Of the secondary.
-    steps : list of StepResult
-        Increments that were solved, in order.
-    status : {"converged", "not converged", "failed"}
-    reason : str
-    timings : dict of str to float
-        Wall seconds by stage.
-    accuracy : Accuracy
-        The estimated error, and how it is known.
-    provenance : Provenance
-        How the solution was made: method, solver, command, versions.
-    findings : tuple of Finding
-        What checks found of it.
-    failed : StepResult, optional
-        The increment at which the solve ended, if it found no solution of it: its last iterate.
-    wear : WearHistory, optional
-        Of a problem with cycles.
-    volumes : dict of VolumeSolution by body, optional
-        Particular solutions for volume loads, where they are known already.
-    coarser : SolutionData, optional
-        The solution on another mesh that says what errors numbers have; files do not hold it.
-    undivided : SolutionData, optional
-        The solution on the same meshes with the increments of the coarser ones, where this one has
-        more.
-    paths : tuple of (float, SolutionData)
-        Solutions with other increments, each with the error of the one before over what the two
-        differ by; files do not hold them.
+    `results.solution.Solution` describes the attributes, since users meet them there.
     """
 
     problem: Problem
@@ -268,7 +234,8 @@ class Evaluated:
     ) -> Array:
         """Return the stress at points (k, d) of a body [stress]; see `state_at`.
 
-        The components are xx, yy, xy (k, 3), in space xx, yy, zz, xy, xz, yz (k, 6).
+        The components are xx, yy, xy (k, 3), in space xx, yy, zz, xy, xz, yz (k, 6); those of
+        bodies of revolution are in `StressState`.
         """
         return self.state_at(points, body, step, part).stress
 

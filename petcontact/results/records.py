@@ -37,7 +37,7 @@ class PairResult:
     sigma_t : (m, d-1) array
         Shear traction on the secondary along τ [stress].
     bound : (m,) array
-        Of |σ_t|: µp, g, the smaller, 0, or infinite where bonded [stress].
+        Of |σ_t|: µp, the given bound, the smaller of both, 0, or infinite where bonded [stress].
     gap : (m,) array
         What is left of the gap, infinite where nothing is faced [length].
     slip, slip_increment : (m, d-1) arrays

@@ -12,11 +12,50 @@ from .verdict.summary import verdict
 
 
 class Solution(SolutionData):
-    """What a solve returns, of any problem; its attributes are those of `SolutionData`. It can be
-    pickled.
+    """What a solve returns, of any problem. It can be pickled.
 
     Of a problem of one body `mesh`, `u`, `traction`, `contact`, `zones` and `history` are those of
     the last increment.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was solved; a one-body file is one body named "body".
+    meshes : dict of BoundaryMesh by body
+    nodes : dict of (m,) arrays by interface
+        Numbers of the secondary's nodes in its body's mesh.
+    sides : dict of (body, part) by interface
+        Body and part of the secondary side.
+    steps : list of StepResult
+        Increments that were solved, in order.
+    status : {"converged", "not converged", "failed"}
+    reason : str
+        Why the solve ended so.
+    timings : dict of str to float
+        Wall seconds by stage.
+    accuracy : Accuracy
+        The estimated error, and how it is known.
+    provenance : Provenance
+        How the solution was made: method, solver, command, versions.
+    findings : tuple of Finding
+        What the checks of the solution found.
+    failed : StepResult, optional
+        The increment that has no solution, with its last iterate; None where all were solved.
+    wear : WearHistory, optional
+        Wear after each jump over cycles; None without `[cycle]`.
+    volumes : dict of VolumeSolution by body, optional
+        Particular solutions for volume loads, None for bodies without them. The whole is None of
+        a solution that was read, which finds them where they are needed.
+    coarser : SolutionData, optional
+        The solution on the mesh before, with which numbers are compared; files do not hold it.
+    undivided : SolutionData, optional
+        The solution on the same meshes with as many increments as the coarser ones have, where this
+        one has more; files do not hold it.
+    paths : tuple of (float, SolutionData)
+        Solutions with other increments, each with a factor: the error of the solution before it
+        over the difference of both. Files do not hold them.
+    written : tuple of Number, optional
+        The numbers with errors that a result file holds; None of a solution that was not read.
     """
 
     def save(self, path: str | Path) -> None:

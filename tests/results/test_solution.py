@@ -54,6 +54,11 @@ def test_wrong_functions_and_arrays_are_refused(bound, message):
         solve(posed(bottom=Contact(part="bottom", friction_bound=bound)))
 
 
+def test_every_attribute_is_described():
+    described = Solution.__doc__.partition("Attributes")[2]
+    assert not [name for name in Solution.__dataclass_fields__ if f"    {name} : " not in described]
+
+
 def test_reactions_balance_the_loads(solution):
     forces = solution.reactions()
     assert forces["left"] == pytest.approx([1600.0, 0.0])
