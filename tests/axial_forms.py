@@ -234,6 +234,7 @@ class Lubkin:
             changes += [{"body": name, "part": part, "value": given(side, 1.0)} for part in faces]
         law = {"gap": f"{self.scale}*x**2", "friction_coefficient": FRICTION}
         return problem(
+            title="Lubkin: two balls pressed, then turned against each other",
             symmetry="axial",
             body=bodies,
             contact=[touching("pair", "upper.bottom", "lower.top", **law)],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -81,10 +82,13 @@ def posed(text: str) -> Problem:
 
 def unexplained(config: Path, solution: Solution) -> list[str]:
     """Warnings of a shipped problem, and errors of its mesh and path that are large or not known;
-    none where its comments say why it stands there."""
+    where its comments say why it stands there, their per cent that no warning has."""
     errors = {"mesh": solution.accuracy.error, "path": solution.accuracy.path}
     large = [
         f"error of the {name}: {error}" for name, error in errors.items() if not error <= LARGEST
     ]
-    explained = "\n# It stands here " in f"\n{config.read_text()}"
-    return [] if explained else [*solution.warnings, *large]
+    said = re.search(r"^# It stands here (.*\n(?:# .*\n)*)", config.read_text(), re.MULTILINE)
+    if said is None:
+        return [*solution.warnings, *large]
+    found = " ".join([*solution.warnings, *(f"{100.0 * each:.0f}%" for each in errors.values())])
+    return [share for share in re.findall(r"(\d+) %", said[1]) if f"{share}%" not in found]

@@ -122,10 +122,13 @@ def value_text(value: Any) -> str:
         name = getattr(value, "__name__", "<lambda>")
         return "by a function" if name == "<lambda>" else f"by {name}"
     if isinstance(value, tuple):
+        texts = [*map(value_text, value)]
+        if len(texts) > 3:
+            return f"by {len(texts)} values"
         return (
-            f"[{', '.join(map(value_text, value))}]"
-            if len(value) <= 3
-            else f"by {len(value)} values"
+            texts[0]
+            if len({*texts}) == 1 and texts[0].startswith("by a")
+            else f"[{', '.join(texts)}]"
         )
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) <= SHORT else "by an expression"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from petcontact import load
 from petcontact.commands.main import main
@@ -44,7 +45,6 @@ def test_a_part_has_what_holds_on_it_at_the_end_of_the_last_step():
 
 def test_a_rigid_sphere_is_a_net_above_the_face_that_it_may_touch():
     """At its gap, (x² + y²)/40; a body that is no obstacle has none."""
-    from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
     figure = Figure(layout="constrained")
@@ -53,6 +53,13 @@ def test_a_rigid_sphere_is_a_net_above_the_face_that_it_may_touch():
     x = np.concatenate(net._segments3d)
     assert np.abs(x[:, 2] - (x[:, 0] ** 2 + x[:, 1] ** 2) / 40.0).max() < 0.001
     assert 0.1 < x[:, 2].max() < 0.12
+
+
+def test_faces_between_blocks_have_no_name_but_their_law_in_the_title():
+    draw_model(figure := Figure(layout="constrained"), as_posed(load(CONFIGS / "space_stack.toml")))
+    names = [text.get_text().partition("\n")[0] for text in figure.axes[0].texts]
+    assert sorted(names) == ["front", "front", "right", "right", "top"]
+    assert "pair interface: unilateral, friction coefficient 0.3" in figure._suptitle.get_text()
 
 
 def test_draw_refuses_what_solve_refuses(tmp_path, capsys):

@@ -3,6 +3,7 @@ is current."""
 
 from __future__ import annotations
 
+import itertools
 import re
 import runpy
 import shutil
@@ -13,10 +14,12 @@ from pathlib import Path
 import forked
 import pytest
 from marks import slow
+from matplotlib.colors import rgb_to_hsv, to_rgb
 
 import petcontact
 from petcontact.commands.schema import schema_text
 from petcontact.manual import BOOKS, chapter, pages, topics
+from petcontact.runtime.figure_style import STATES
 
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "petcontact" / "manual"
@@ -33,6 +36,7 @@ VERIFY = runpy.run_path(str(ROOT / "scripts/verify_manual"))
 blocks, commands = VERIFY["blocks"], VERIFY["commands"]
 REFERENCE = runpy.run_path(str(ROOT / "scripts/config_reference"))
 READ = runpy.run_path(str(ROOT / "scripts/readability"))
+DOCS = runpy.run_path(str(ROOT / "scripts/docs"))
 
 
 def is_run(page: Path) -> bool:
@@ -139,6 +143,26 @@ def test_a_letter_has_one_meaning():
     of_bound = re.compile(r"(?:bound|at most|[<∫≤]=?)\s+g\b|∫g\b")
     texts = {page.stem: page.read_text() for page in PAGES if page.stem != "paper"}
     assert not [name for name, text in texts.items() if of_bound.search(text)]
+
+
+def test_states_have_the_colours_in_which_they_are_drawn():
+    hues = {"blue": (0.5, 0.7), "orange": (0.03, 0.11), "yellow": (0.11, 0.2), "red": (0.9, 1.0)}
+    words = "stick|slip", rf"\b(?:{'|'.join(hues)})\b"
+    hue = {name: rgb_to_hsv(to_rgb(colour))[0] for name, colour, _ in STATES.values()}
+    found = []
+    for sentence in itertools.chain(*(READ["sentences"](page.read_text()) for page in PAGES)):
+        states, colours = (re.findall(each, sentence.lower()) for each in words)
+        found += zip(states, colours, strict=True) if len(states) == len(colours) else []
+    assert len(found) > 4
+    assert [each for each in found if not hues[each[1]][0] < hue[each[0]] < hues[each[1]][1]] == []
+
+
+def test_the_site_names_its_cases_and_the_groups_of_its_api(tmp_path):
+    groups = {name: each[name] for each in DOCS["navigation"](tmp_path / "api") for name in each}
+    titles = [*itertools.chain(*groups["Verification cases"])]
+    assert len(titles) == len([*(MANUAL / "cases").glob("*.md")])
+    assert all(re.match(r"[BC]\d\d[a-z]?: \w.{8}", title) for title in titles)
+    assert all(title[0].isupper() for title in itertools.chain(*groups["Python API"]))
 
 
 def test_every_chapter_stands_in_one_of_the_four_books():

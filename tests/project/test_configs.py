@@ -9,7 +9,7 @@ from pathlib import Path
 
 import h5py
 import pytest
-from manual.test_gallery import NUMBERS, check_numbers
+from manual.test_gallery import NUMBERS, check_numbers, check_tension
 from marks import some
 from problems import unexplained
 
@@ -52,6 +52,7 @@ def test_config_runs(path, tmp_path, capfd, monkeypatch):
     solution = read_result(tmp_path / "result.h5")
     if path.stem in NUMBERS:
         check_numbers(path.stem, solution)
+    check_tension(path.stem, solution)
     assert unexplained(path, solution) == []
     with h5py.File(tmp_path / "result.h5") as file:
         assert file.attrs["status"] == "converged"
@@ -65,7 +66,3 @@ def test_config_runs(path, tmp_path, capfd, monkeypatch):
         assert file["contact/u_t"].shape == (len(file["contact/x"]), file["contact/x"].shape[1] - 1)
         assert file["boundary/u"].shape == file["boundary/x"].shape
         assert len(file["history/rho"]) == file.attrs["iterations"]
-
-
-def test_there_are_configs():
-    assert {"example1", "example2", *DRAWN} <= {path.stem for path in SINGLE}

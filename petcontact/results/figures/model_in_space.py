@@ -3,24 +3,24 @@ obstacles as nets."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...mesh.surface_mesh import SurfaceMesh
+from ...runtime.figure_style import wrapped
 from ..data import SolutionData
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
-from .surface import best_view, draw_bodies, draw_nets, fit_axes, sampled, toward_eye
+from .surface import Sampled, best_view, draw_bodies, draw_nets, fit_axes, sampled, toward_eye
 from .surroundings import LONG, size_of
 
-HIGH = 3.4
-"""Height of bodies in space as they are drawn [inch]."""
-BELOW = 0.08
+BELOW = 0.1
 """Share of the height of a figure of bodies in space that its legend and names of axes take."""
 IN_SPACE = 16
-"""Arrows of a part in space at most: more hide the part."""
+"""Arrows of a part in space at most, since more hide the part; points of a part at which its name
+may stand, too."""
 
 
 def draw_space(figure: Any, solution: SolutionData) -> None:
@@ -45,14 +45,13 @@ def draw_space(figure: Any, solution: SolutionData) -> None:
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
     x = draw_bodies(axes, solution, bodies, 0.0, colours, best_view(solution))
     fit_axes(axes, solution, x.min(axis=0), x.max(axis=0))
-    _names(axes, solution, parts)
     _loads(axes, solution)
     shown = [kind for kind in kinds if any(part.kind == kind for part in parts)]
     patches = [Patch(facecolor=_soft(KINDS[kind])) for kind in shown]
     nets = draw_nets(axes, solution, 0.0)
     words = [*shown, *["obstacle"] * len(nets)]
     figure.legend([*patches, *nets], words, loc="lower center", ncols=len(words))
-    figure.suptitle(titled(solution), fontsize="medium")
+    _names(axes, solution, bodies, parts)
 
 
 def _soft(colour: str) -> tuple[float, ...]:
@@ -62,21 +61,49 @@ def _soft(colour: str) -> tuple[float, ...]:
     return tuple(1.0 - 0.55 * (1.0 - np.array(to_rgb(colour))))
 
 
-def _names(axes: Any, solution: SolutionData, parts: list[LabelledPart]) -> None:
-    """The names of parts that are seen, in the middle of each, where no other stands."""
-    eye, taken = toward_eye(axes.elev, axes.azim), list[Any]()
-    screen = SurfaceMesh.tangents_to(eye[None])[0]
-    letter = SMALL / 72.0 * size_of(solution) / HIGH
-    for part in sorted(parts, key=lambda part: part.kind == "free"):
-        mesh = solution.meshes[part.body]
-        nodes = mesh.nodes_of(part.name)
-        if not len(nodes) or mesh.normal[nodes].mean(axis=0) @ eye <= 0.0:
-            continue
-        middle = mesh.x[nodes].mean(axis=0) + 0.02 * size_of(solution) * eye
-        for text in (part.words, part.name):
-            if has_room(taken, screen @ middle, text, letter, 0.0, -0.5):
-                axes.text(*middle, text, fontsize=SMALL, ha="center", va="center", zorder=1e3)
+def _names(
+    axes: Any, solution: SolutionData, bodies: Mapping[str, Sampled], parts: list[LabelledPart]
+) -> None:
+    """The title, with the laws of contact that is hidden, and the names of parts that are seen,
+    where no other name stands."""
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+    figure, taken, eye = axes.figure, list[Any](), toward_eye(axes.elev, axes.azim)
+    view = np.vstack([SurfaceMesh.tangents_to(eye[None])[0], eye])
+    places = {part: _seen(solution, part, bodies, view) for part in parts}
+    hidden = [part for part, place in places.items() if place is None and part.kind == "contact"]
+    laws = [wrapped(part.known) for part in hidden if part.text]
+    figure.suptitle("\n".join([titled(solution), *laws]), fontsize="medium")
+    figure.draw_without_rendering()  # sizes are known only then
+    ends = proj_transform(*np.vstack([0.0 * eye, view[1]]).T, axes.get_proj())[:2]
+    unit = np.ptp(axes.transData.transform(np.transpose(ends)), axis=0).max()
+    letter = SMALL / 72.0 * figure.dpi / float(unit)
+    for part, place in sorted(places.items(), key=lambda each: each[0].kind == "free"):
+        for text in () if place is None else (part.words, part.name):
+            if has_room(taken, view[:2] @ place, text, letter, 0.0, -0.5):
+                axes.text(*place, text, fontsize=SMALL, ha="center", va="center", zorder=1e3)
                 break
+
+
+def _seen(
+    solution: SolutionData, part: LabelledPart, bodies: Mapping[str, Sampled], view: Array
+) -> Array | None:
+    """The place on a part next to its middle that no body hides, None if there is none; the rows of
+    a view (3, 3) point along the screen, up, and to the eye."""
+    mesh = solution.meshes[part.body]
+    nodes = mesh.nodes_of(part.name)
+    x = mesh.x[nodes[mesh.normal[nodes] @ view[2] > 0.0]] + 1e-3 * size_of(solution) * view[2]
+    x = x[np.linalg.norm(x - x.sum(axis=0) / max(1, len(x)), axis=1).argsort()]
+    corners = np.concatenate([body.x[body.triangles] for body in bodies.values()])
+    for place in x[:: max(1, len(x) // IN_SPACE)]:
+        across, up, depth = np.moveaxis((corners - place) @ view.T, 2, 0)
+        turn = across * np.roll(up, -1, axis=1) - up * np.roll(across, -1, axis=1)
+        around = np.abs(np.sign(turn).sum(axis=1)) == 3.0
+        # of the triangle's plane where it is seen before the place
+        nearer = np.sum(np.roll(turn, -1, axis=1) * depth, axis=1) * turn.sum(axis=1) > 0.0
+        if not np.any(around & nearer):
+            return np.asarray(place)
+    return None
 
 
 def _given(solution: SolutionData) -> Iterator[tuple[Array, Array, Array]]:

@@ -26,17 +26,24 @@ SMALL = 6.5
 
 @dataclass(frozen=True)
 class LabelledPart:
-    """A part of a body, what is known on it, and that in words."""
+    """A part of a body, what is known on it, and that in words; the law of a pair is that of its
+    secondary."""
 
     body: str
     name: str
     kind: str
     text: str
+    pair: str = ""
+
+    @property
+    def known(self) -> str:
+        """The pair, and the text."""
+        return ": ".join(filter(None, [self.pair, self.text]))
 
     @property
     def words(self) -> str:
         """What stands beside it in a picture."""
-        return "\n".join(map(plain, [self.name, *textwrap.wrap(self.text, WORDS)]))
+        return "\n".join(map(plain, [self.name, *textwrap.wrap(self.known, WORDS)]))
 
 
 def parts_of(solution: SolutionData) -> list[LabelledPart]:
@@ -52,10 +59,9 @@ def parts_of(solution: SolutionData) -> list[LabelledPart]:
             labelled[name, part] = LabelledPart(name, part, kind, text)
     for side in problem.interfaces:
         for number, part in () if side.periodic else side.ends:
-            against = "" if isinstance(side.law, Contact) else f"pair {side.name}: "
-            is_secondary = (number, part) == side.ends[0]
-            text = f"{against}{law_text(side.law)}" if is_secondary else f"pair {side.name}"
-            labelled[names[number], part] = LabelledPart(names[number], part, "contact", text)
+            pair = "" if isinstance(side.law, Contact) else f"pair {side.name}"
+            text = law_text(side.law) if (number, part) == side.ends[0] else ""
+            labelled[names[number], part] = LabelledPart(names[number], part, "contact", text, pair)
     return list(labelled.values())
 
 

@@ -7,12 +7,13 @@ NAME.reference.toml has the words and the values, NAME.toml the problem; or `pro
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from drawing_code import digest_of_code, digest_of_text, files
 
 import petcontact
 
@@ -25,6 +26,9 @@ TABLE = ROOT / "petcontact" / "manual" / "cases.md"
 PICTURES = ROOT / "configs" / "pictures" / "verification"
 DRAWN = PICTURES / "drawn.json"
 """Digests of cases when their pictures were drawn."""
+FIGURES = "model model_in_space posed_parts plane space surface surroundings view bands finite"
+DRAWING = *files(*FIGURES.split()), ROOT / "scripts" / "campaigns" / "case_pictures.py"
+"""Modules that draw the pictures."""
 KINDS = ("closed form", "external source", "another code")
 
 
@@ -145,9 +149,10 @@ def every() -> list[Case]:
 
 
 def digest_of(case: Case) -> str:
-    """Of what its pictures show: the problem, how it is solved, and the closed forms."""
+    """Of what its pictures show: the problem, how it is solved, the closed forms, and the code
+    that draws."""
     posed = tomllib.loads(case.config.read_text()) if case.config else case.problem
-    return hashlib.sha256(repr((posed, case.accuracy, case.drawn)).encode()).hexdigest()[:16]
+    return digest_of_text(repr((posed, case.accuracy, case.drawn, digest_of_code(DRAWING))))
 
 
 def number(value: float) -> str:
