@@ -73,7 +73,7 @@ class Units(Model):
 
 
 class Material(Model):
-    """Isotropic linear elasticity; `plane` says nothing in space.
+    """Isotropic linear elasticity; `plane` says nothing in 3D.
 
     In a config::
 

@@ -85,14 +85,14 @@ class Obstacle(Model):
         Name of the obstacle.
     displacement : a number or "free" a component
         Displacement of the centre [length].
-    rotation : number or "free", in space one about each of x, y, z
+    rotation : number or "free", in 3D one about each of x, y, z
         About the centre, counter-clockwise, small [rad].
     centre : point
         What it turns about [length].
     force : a number a component
-        From outside, where the component is free [force/length, in space force].
-    moment : number, in space one about each of x, y, z
-        From outside about the centre, where the rotation is free [force, in space force · length].
+        From outside, where the component is free [force/length, in 3D force].
+    moment : number, in 3D one about each of x, y, z
+        From outside about the centre, where the rotation is free [force, in 3D force · length].
     """
 
     name: Name
@@ -194,11 +194,11 @@ class ObstacleChange(Model):
         Name of the obstacle.
     displacement : a number or "free" a component
         Displacement of the centre [length].
-    rotation : number or "free", in space one about each of x, y, z
+    rotation : number or "free", in 3D one about each of x, y, z
         Rotation about the centre [rad].
     force : a number a component
         Force by component [force/length, in 3D force].
-    moment : number, in space one about each of x, y, z
+    moment : number, in 3D one about each of x, y, z
         Moment about the centre [force, in 3D force · length].
     """
 
@@ -224,7 +224,7 @@ class PointForceChange(Model):
     ----------
     name : str
         Name of the point force.
-    force : (fx, fy), in space (fx, fy, fz)
+    force : (fx, fy), in 3D (fx, fy, fz)
         Force by component [force/length, in 3D force].
     """
 

@@ -22,7 +22,7 @@ Inside = Annotated[Expression, pydantic.AfterValidator(_in_volume)]
 
 
 class PointForce(Model):
-    """A force at a point of the body [force/length of thickness, in space force].
+    """A force at a point of the body [force/length of thickness, in 3D force].
 
     In a config::
 
@@ -35,7 +35,7 @@ class PointForce(Model):
     ----------
     at : point
         Inside the body, not on its boundary [length].
-    force : (fx, fy), in space (fx, fy, fz)
+    force : (fx, fy), in 3D (fx, fy, fz)
         Force by component [force/length, in 3D force].
     name : str
         For load steps that change it.
@@ -47,7 +47,7 @@ class PointForce(Model):
 
 
 class VolumeLoads(Model):
-    """Forces and temperature in a body; expressions are in x, y, in space x, y, z.
+    """Forces and temperature in a body; expressions are in x, y, in 3D x, y, z.
 
     In a config::
 

@@ -416,7 +416,7 @@ class Problem(Setting):
         keys = [f"method.{key}" for key in self.method.ignored]
         for k, body in enumerate(self.body):
             place = "" if self.is_flat else f"body[{k}]."
-            if not adaptive or self.outline(k).graded:  # in space they make the first mesh
+            if not adaptive or self.outline(k).graded:  # in 3D they make the first mesh
                 keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
         return keys
 

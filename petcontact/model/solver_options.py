@@ -159,7 +159,7 @@ class Bem(Model):
     Attributes
     ----------
     mat_type : {"auto", "dense", "hodlr", "hmatrix"}
-        Dense, compressed hierarchically (hodlr in the plane, hmatrix in space), or what is cheaper.
+        Dense, compressed hierarchically (hodlr in 2D, hmatrix in 3D), or what is cheaper.
     hodlr_tol : float, in 2D
         Relative tolerance of the compression [-].
     hmatrix_tol : float, in 3D
@@ -167,7 +167,7 @@ class Bem(Model):
     hodlr_leaf : int, in 2D
         Largest number of nodes in a dense diagonal block.
     quadrature_tol : float, optional, in 3D
-        Relative error of the integrals over panels in space, by default 1e-11 on flat and 1e-9 on
+        Relative error of the integrals over panels in 3D, by default 1e-11 on flat and 1e-9 on
         curved ones, which leave 1e-8 of the kernels; 1e-11 leaves 2e-10. The plane's integrals are
         closed forms [-].
     """
@@ -213,7 +213,7 @@ class MeshOptions(Model):
     accuracy : float, optional
         Where neither sizes nor order nor grading are given, the solve is adaptive: it refines until
         the estimated relative error is below this [-]; of u_t of one body in bilateral contact
-        (1e-4 by default), else of pressure and shear (1e-2); in space 2e-2. Surfaces from files are
+        (1e-4 by default), else of pressure and shear (1e-2); in 3D 2e-2. Surfaces from files are
         refined only where it is given.
     exponent : float, optional, in 3D
         3D boxes only: panels shrink towards the edges of a face with this power of their number.

@@ -27,10 +27,10 @@ SurfaceNumber = Annotated[int, pydantic.Field(strict=True, ge=1)]
 
 
 class Gmsh(Shape):
-    """A `.msh` file, format 2.2 or 4.1, of a plane body or of the surface of one in space.
+    """A `.msh` file, format 2.2 or 4.1, of a 2D body or of the surface of a 3D body.
 
     In space the triangles and quadrilaterals of the physical surfaces become panels, curved where
-    cells of second order are; in the plane each boundary line of the mesh is a side of its own and
+    cells of second order are; in 2D each boundary line of the mesh is a side of its own and
     so one element at least, and lines of second order become circular arcs through their three
     nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 
