@@ -38,9 +38,9 @@ class Units(Model):
     Attributes
     ----------
     length : str, optional
-        For example "mm".
+        Unit of length, for example "mm".
     stress : str, optional
-        For example "MPa".
+        Unit of stress, for example "MPa".
     """
 
     length: UnitName | None = None
@@ -89,7 +89,7 @@ class Material(Model):
     poisson_ratio : float
         ν in (-1, 1/2); up to 1/2 itself in plane stress [-].
     plane : {"strain", "stress"}, in 2D
-        A long body, or a thin plate.
+        "strain" for a long body, "stress" for a thin plate.
     density : float, optional
         Mass density, for accelerations and rotations [mass/volume].
     thermal_expansion : float, optional
@@ -437,13 +437,15 @@ class Pair(Model):
     primary : str
         "body.part", or the name of an obstacle.
     normal : {"unilateral", "bilateral", "bonded"}
-        May open, stays closed but may slip, or neither.
+        Unilateral contact may open, bilateral contact stays closed and may slip, bonded contact
+        does neither.
     gap : "geometry" or expression
         Initial gap [length]. "geometry" is the distance along the direction; it is 0 against an
         obstacle, and where the contact is bilateral or bonded. An expression is in the secondary's
         x, y, nx, ny, s, in 3D x, y, z, nx, ny, nz.
     direction : vector, optional
-        From the secondary to the primary; the secondary's outward normal by default [-].
+        Direction of the gap, from the secondary to the primary; the secondary's outward normal by
+        default [-].
     friction_coefficient : expression, optional
         Coulomb's coefficient µ >= 0: the shear is at most µp, or µ|p| where bilateral contact
         pulls [-].

@@ -29,7 +29,7 @@ class Cycle(Model):
     first, last : str
         Names of the steps that a cycle begins and ends with.
     count : int
-        How often they are done, the first time included.
+        How often the cycle is done, the first time included.
     jump : int or "auto"
         Cycles taken at once; "auto" keeps the change of p in a jump below the tolerance.
     tolerance : float

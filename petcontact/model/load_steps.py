@@ -88,11 +88,12 @@ class Obstacle(Model):
     rotation : number or "free", in 3D one about each of x, y, z
         About the centre, counter-clockwise, small [rad].
     centre : point
-        What it turns about [length].
+        Point about which it turns [length].
     force : a number a component
-        From outside, where the component is free [force/length, in 3D force].
+        Force from outside on components that are free [force/length, in 3D force].
     moment : number, in 3D one about each of x, y, z
-        From outside about the centre, where the rotation is free [force, in 3D force · length].
+        Moment from outside about the centre, where the rotation is free [force, in 3D force ·
+        length].
     """
 
     name: Name
@@ -154,7 +155,7 @@ class BoundaryChange(Model):
     Attributes
     ----------
     body : str, optional
-        Needed where there are several.
+        Name of the body; needed where there are several.
     part : str
         Name of the part.
     value, pressure : as in the condition
@@ -245,7 +246,7 @@ class Step(Model):
     Attributes
     ----------
     name : str
-        For verdict, files and figures.
+        Name of the step, for verdict, files and figures.
     increments : int or "auto"
         Equal increments; "auto" begins with one and halves where the solver fails or the path error
         is too large. Steps that do not name it take up to 16 together in an adaptive solve, if the

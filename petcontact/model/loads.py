@@ -34,11 +34,11 @@ class PointForce(Model):
     Attributes
     ----------
     at : point
-        Inside the body, not on its boundary [length].
+        Place of the force: inside the body, not on its boundary [length].
     force : (fx, fy), in 3D (fx, fy, fz)
         Force by component [force/length, in 3D force].
     name : str
-        For load steps that change it.
+        Name by which load steps change it.
     """
 
     at: Annotated[tuple[Coordinate, ...], Vector]
@@ -60,7 +60,7 @@ class VolumeLoads(Model):
     acceleration : a number or an expression a component, optional
         Force per volume over the density, that of gravity for example [length/time²].
     force : a number or an expression a component, optional
-        Per volume [force/volume].
+        Force per volume [force/volume].
     angular_velocity : float
         ω of a rotation whose centrifugal force, density·ω²·distance, acts [1/time].
     centre : point, optional
@@ -68,7 +68,7 @@ class VolumeLoads(Model):
     axis : vector, optional, in 3D
         Axis of rotation in 3D; along z by default [-].
     temperature : number or expression
-        Rise over the state without stress [temperature].
+        Rise of the temperature over the state without stress [temperature].
     """
 
     acceleration: Annotated[tuple[Inside, ...], Vector] | None = None
@@ -119,7 +119,7 @@ class LoadsChange(VolumeLoads):
     Attributes
     ----------
     body : str, optional
-        Needed where there are several.
+        Name of the body; needed where there are several.
     """
 
     body: str | None = None

@@ -69,7 +69,7 @@ class Setting(Model):
     step : list of Step
         Load steps, in order; without them the loads are applied in one.
     cycle : Cycle, optional
-        Which of them are done again and again.
+        Steps that are done again and again.
     method : Method
         How the contact problem is solved.
     bem : Bem
@@ -141,7 +141,7 @@ class Problem(Setting):
     step : list of Step
         Load steps, in order; without them the loads are applied in one.
     cycle : Cycle, optional
-        Which of them are done again and again.
+        Steps that are done again and again.
     method, bem, petsc : optional
         How the contact problem is solved, how operators are stored, and PETSc options.
 

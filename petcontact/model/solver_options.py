@@ -93,25 +93,28 @@ class Method(Model):
     rule : key of RULES, optional
         How ρ changes (projection method only).
     rho : float
-        ρ_0 > 0 [stress/length].
+        First value of ρ, ρ_0 > 0 [stress/length].
     omega : float
-        ω in (0, 2) [-].
+        Relaxation ω in (0, 2) [-].
     tau : float
-        τ > 0 [-].
+        τ > 0: half width of the window in which ρ is kept, and growth of ρ outside of it [-].
     max_changes : int
-        c_max.
+        c_max: how many changes of ρ are by 1 + τ; later ones are smaller.
     change_test : {"ratio", "literal"}
-        Whether c_k counts w_k/ρ_k or w_k itself outside the window.
+        What counts as a change of ρ: w_k/ρ_k outside the window, or w_k itself, as the paper
+        prints.
     tolerance : float
         Tolerance of the stopping criterion [-].
     stop : {"both", "displacement", "residual"}
-        The criterion's quantity, see `projection.Criterion`.
+        What has to be below the tolerance: the relative change of displacement and traction
+        ("both", the paper's), that of the displacement, or the residual of the law.
     max_iterations : int
-        After which it ends "not converged".
+        Iterations after which a solve ends "not converged".
     start : str
         "zero", "frictionless" (σ_t = 0, u_t = u_0), or the name of a result file to start from.
     formulation : {"condensed", "full"}
-        Eliminated once to u_t = u_0 + Sσ_t, or the whole system for every ρ as in the paper.
+        Whether the system is eliminated once to u_t = u_0 + Sσ_t, or solved as a whole for every ρ,
+        as in the paper.
     """
 
     name: Annotated[str | None, one_of(METHODS)] = None

@@ -72,7 +72,7 @@ class Polygon(Shape):
     shape : "polygon", in 2D, axial
         The shape.
     vertices : list of points
-        In either direction [length].
+        Corners one after another, in either direction [length].
     parts : list of str
         Names of the parts, one a side; side k starts at vertex k, and sides may share a name.
     """

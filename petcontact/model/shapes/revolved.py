@@ -39,7 +39,7 @@ class Revolved(Shape):
     loops : list of loops
         A loop is a list of sides, the first of which starts where the last one ends, or a circle.
     angle : float
-        By which the section is turned, up to 360 [degrees].
+        Angle by which the section is turned, up to 360 [degrees].
     centre : point with three coordinates
         Where r = 0 and z = 0 [length].
     axis : vector
