@@ -28,12 +28,12 @@ NOTHING = 1e-6
 the boundary integral equations are taken for solved."""
 MORE = 1e-3
 """Share by which a stress inside is more than all on the surface, to be named besides."""
-CLIMBS, FINEST, GRID = 12, 1e-3, 5
+CLIMBS, FINEST, GRID = 20, 1e-3, 25
 """Most steps of a climb, each to the best of a grid, which is as wide as the places of the one
 before are apart, or twice as wide where the way leads on; it ends with a grid of this share of the
 first, which is as wide as samples are apart. A maximum is flat: its value is right to the square of
-that. The grid has so many places along each direction inside; on a surface, which has one direction
-less, it has as many in all. A field costs by its calls rather than by its points."""
+that. A grid has about so many places: three along each direction of space, five inside plane bodies
+and on surfaces, all of them along a curve."""
 SHALLOW = 0.5
 """Distance of stress inside from an element, over half the length of that, up to which it is that
 of the surface: displacements jump from element to element, and the stress that a jump makes falls
@@ -215,7 +215,7 @@ class _Samples:
         if peak.part:
             foot = located(mesh, peak.place[None], peak.part, within=sizes(mesh))
             axes = mesh.tangents_to(points_at(mesh, *foot)[1])[0]
-        count = round(GRID ** (len(peak.place) / len(axes)))
+        count = round(GRID ** (1.0 / len(axes)))
         grid = np.meshgrid(*[np.linspace(-1.0, 1.0, count)] * len(axes))
         return np.reshape(grid, (len(axes), -1)).T @ axes, 1.0 / count
 

@@ -48,13 +48,29 @@ class PanelSlopes:
         self._x, self._normal = points_at(mesh, self._owner, place)
         self._middle, self._middle_normal = points_at(mesh, *middles(mesh))
         self._level = np.floor(np.log2(sizes(mesh)) + 0.5).astype(np.int64)
+        # those of a lower degree come first
+        degrees = range(int(mesh.order.max()) + 2)
+        self._exponents = np.array([(a, total - a) for total in degrees for a in range(total + 1)])
+        shape = mesh.n_elements, len(self._exponents), 3 * self._values.shape[1]
+        self._fit, self._known = np.zeros(shape), np.zeros((2, mesh.n_elements), dtype=bool)
 
     def at(self, element: Index, place: Array) -> Array:
         """See `Slopes.at`."""
-        mesh = self._mesh
+        self._fit_to(np.unique(element))
         result = self._own(element, place)
+        rows = np.flatnonzero(self._known[1, element])
+        element, place = element[rows], place[rows]
+        local = self._local(element, points_at(self._mesh, element, place)[0][:, None])[:, 0]
+        fitted = np.einsum("qj,qjg->qg", _powers(local, self._exponents), self._fit[element])
+        slopes = fitted.reshape(len(rows), *result.shape[1:])
+        result[rows] = self._with_linear(slopes, element, place)
+        return result[:, :-3]
+
+    def _fit_to(self, asked: Index) -> None:
+        """Fit polynomials to the samples around those panels that have none yet."""
+        mesh, asked = self._mesh, asked[~self._known[0, asked]]
+        self._known[0, asked] = True
         groups = np.column_stack([mesh.part, self._label, mesh.order, self._level])
-        asked = np.unique(element)
         for part, label, order, level in np.unique(groups[asked], axis=0).tolist():
             samples = np.flatnonzero(
                 (mesh.part[self._owner] == part) & (self._label[self._owner] == label)
@@ -63,9 +79,8 @@ class PanelSlopes:
             samples = self._thinned(samples, level, max(order, 1))
             degree = min(order + 1, _degree(len(samples)))
             while degree > 0 and len(panels):
-                panels = self._fit(result, element, place, panels, samples, degree)
+                panels = self._fitted(panels, samples, degree)
                 degree -= 1
-        return result[:, :-3]
 
     def _own(self, element: Index, place: Array) -> Array:
         """Return slopes of the values and then of the position, (q, k + 3, 3).
@@ -115,25 +130,16 @@ class PanelSlopes:
         near, distance = (np.take_along_axis(a, chosen, axis=1) for a in (near, distance))
         return near, np.take_along_axis(local, chosen[:, :, None], axis=1), distance
 
-    def _fit(
-        self,
-        result: Array,
-        element: Index,
-        place: Array,
-        panels: Index,
-        samples: Index,
-        degree: int,
-    ) -> Index:
-        """Replace the slopes on some panels of one group by fits to its samples.
+    def _fitted(self, panels: Index, samples: Index, degree: int) -> Index:
+        """Fit polynomials of a degree on some panels of one group to its samples.
 
         Return the panels whose fit these samples do not determine.
         """
-        exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
+        exponents = self._exponents[: (degree + 1) * (degree + 2) // 2]
         near, local, distance = self._nearest(
             panels, samples, min(len(samples), int(np.ceil(SAMPLES * len(exponents))))
         )
         weight = (SOFT + distance) ** -2
-        nodal = self._sample[near]
         u, size, v = np.linalg.svd(
             weight[:, :, None] * _powers(local, exponents), full_matrices=False
         )
@@ -148,19 +154,9 @@ class PanelSlopes:
         )
         at_corners = _powers(self._local(panels, corners), exponents) @ fit
         determined &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED[degree]
-        rows = np.flatnonzero(np.isin(element, panels[determined]))
-        panel = np.searchsorted(panels, element[rows])
-        local_points = self._local(
-            panels[panel], points_at(self._mesh, element[rows], place[rows])[0][:, None]
-        )[:, 0]
-        fitted = np.einsum(
-            "qj,qjg->qg",
-            _powers(local_points, exponents),
-            (fit @ nodal.reshape(*near.shape, -1))[panel],
-        )
-        result[rows] = self._with_linear(
-            fitted.reshape(len(rows), *result.shape[1:]), element[rows], place[rows]
-        )
+        nodal = self._sample[near].reshape(*near.shape, -1)
+        self._fit[panels, : len(exponents)] = np.where(determined[:, None, None], fit @ nodal, 0.0)
+        self._known[1, panels] = determined
         return panels[~determined]
 
     def _local(self, element: Index, x: Array) -> Array:
