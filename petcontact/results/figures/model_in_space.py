@@ -78,8 +78,9 @@ def _names(
     ends = proj_transform(*np.vstack([0.0 * eye, view[1]]).T, axes.get_proj())[:2]
     unit = np.ptp(axes.transData.transform(np.transpose(ends)), axis=0).max()
     letter = SMALL / 72.0 * figure.dpi / float(unit)
-    for part, place in sorted(places.items(), key=lambda each: each[0].kind == "free"):
-        for text in () if place is None else (part.words, part.name):
+    seen = [(part, place) for part, place in places.items() if place is not None]
+    for part, place in sorted(seen, key=lambda each: each[0].kind == "free"):
+        for text in (part.words, part.name):
             if has_room(taken, view[:2] @ place, text, letter, 0.0, -0.5):
                 axes.text(*place, text, fontsize=SMALL, ha="center", va="center", zorder=1e3)
                 break
