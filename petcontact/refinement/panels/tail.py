@@ -8,6 +8,7 @@ the tail is about the error.
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 
@@ -18,6 +19,7 @@ from ...linalg.nearest import nearest, within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import SMOOTH
 from ...round_off import TINY
+from .sides import Sides
 
 MARGIN = (2.0, 0.7, 1.35, 1.8)
 """Factors on the tail of elements of order 0, 1, 2 and above [-], measured by
@@ -49,6 +51,7 @@ class Tails:
     """
 
     def __init__(self, mesh: BoundaryMesh, nodes: Index) -> None:
+        self._mesh, self._nodes = mesh, nodes
         element = mesh.element[nodes]
         begins = np.diff(element, prepend=-1) != 0
         self._first, self._element = element[begins], np.cumsum(begins) - 1
@@ -118,21 +121,27 @@ class Tails:
             square[self._element[self._constant]] = np.sum(gradient**2, axis=(1, 2))
         return np.asarray(np.sqrt(square / self._area))
 
-    def pressure_errors(self, pressure: Array, opened: Mask) -> Array:
+    def pressure_errors(self, pressure: Array, opened: Mask, faced: Mask) -> Array:
         """Return the estimated error (m,) of p.
 
-        It is `errors`, but on a small contact that ends on the part at least a share of p. A
-        contact is small if it covers less than `FEW` elements. The share is 1 on one element and
-        1/2 on three. `opened` are the open nodes (m,). A contact inside one element of order 1 may
-        have equal p at all of its nodes, and no tail.
+        It is `errors` and what p misses beyond sides at which contact ends. On a small contact that
+        ends on the part it is at least a share of p. A contact is small if it covers less than
+        `FEW` elements. The share is 1 on one element and 1/2 on three. `opened` are the open nodes
+        (m,), `faced` those that face something. A contact inside one element of order 1 may have
+        equal p at all of its nodes, and no tail.
         """
-        error, element = self.errors(pressure[:, None]), self._element
+        element, missed = self._element, self._sides.missed_squares(pressure, ~opened, faced)
+        error = np.hypot(self.errors(pressure[:, None]), np.sqrt(missed / self._area)[element])
         loaded = np.count_nonzero(np.bincount(element[pressure > 0.0]))
         if opened.any() and 0 < loaded < FEW:
             total = np.bincount(element, self._weight * pressure**2)[element]
             mean = np.sqrt(total / np.bincount(element, self._weight)[element])
             return np.maximum(error, min(1.0, 1.5 / loaded) * mean)
-        return error
+        return np.asarray(error)
+
+    @functools.cached_property
+    def _sides(self) -> Sides:
+        return Sides(self._mesh, self._nodes)
 
 
 def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf) -> Array:

@@ -11,6 +11,7 @@ from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.model.solver_options import MeshOptions
+from petcontact.refinement.panels.sides import Sides
 from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail
 
 BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
@@ -48,3 +49,17 @@ def meshes_of_order_0():
         as_outline(Rectangle((0.0, 0.0), (2.0, 1.0)).outline(), "a test"),
         MeshOptions(element_size=0.25),
     )
+
+
+def test_pressure_beyond_sides_at_which_contact_ends():
+    """p² = 0.52 - x on the panels up to x = 0.5, two wide in y: its integral from there on."""
+    mesh = box_mesh(BOX, lambda part: 0.25, 2, 1.0)
+    nodes = mesh.nodes_of("top")
+    x, faced = mesh.x[nodes, 0], np.ones(len(nodes), dtype=bool)
+    closed, sides = x < 0.5, Sides(mesh, nodes)
+    pressure = np.sqrt(np.where(closed, 0.52 - x, 0.0))
+    assert sides.missed_squares(pressure, closed, faced).sum() == pytest.approx(0.02**2)
+    assert not sides.missed_squares(pressure, closed, ~faced).any()
+    # beside an edge that presses p grows towards the side
+    rising = np.where(closed, 1.0 / np.sqrt(0.51 - np.minimum(x, 0.5)), 0.0)
+    assert not sides.missed_squares(rising, closed, faced).any()
