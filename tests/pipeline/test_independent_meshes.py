@@ -5,14 +5,18 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 
 import facets
 import numpy as np
 import pytest
+import scipy
 from shapes import cuboid, moved, problem, rectangle, solid, touching
 
 from petcontact import load, solve
+from petcontact.compliance.interface import Interface
 from petcontact.pipeline.pose import facing
+from petcontact.pipeline.steps.traction_errors import TractionErrors
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -67,6 +71,21 @@ def test_forces_that_do_not_balance_are_not_converged(monkeypatch):
     solution = solve(load(STACK, coarse | {"body.1.boundary.0.condition": "displacement"}))
     assert solution.status == "not converged"
     assert "differ by 3.0e-02 of all that acts there" in solution.reason
+
+
+def test_tractions_of_both_sides_differ_where_elements_do_not_match():
+    """One node of the primary has the mean of two nodes: p differs by 1, σ_t by (1, 2)."""
+    nodes, up, two = np.arange(2), np.eye(3)[2], np.ones((2, 1))
+    maps = scipy.sparse.csr_array(two), scipy.sparse.csr_array(0.5 * two.T)
+    normals, tangents = np.tile(up, (2, 1)), np.tile(np.eye(3)[:2], (2, 1, 1))
+    face = Interface("c", 0, nodes, normals, tangents, np.zeros(2), 1, nodes[:1], *maps)
+    tails = SimpleNamespace(
+        pressure_errors=lambda *given: np.array([0.5, 3.0]), errors=lambda *given: np.zeros(2)
+    )
+    sheared = np.array([[0.0, 0.0], [2.0, 4.0]])
+    of_p, of_q = TractionErrors(lambda: tails, face)(np.array([4.0, 2.0]), sheared, nodes)
+    assert of_p.tolist() == [1.0, 3.0]
+    assert of_q == pytest.approx(np.hypot(1.0, 2.0))
 
 
 @pytest.mark.parametrize(("turn", "overlap", "named"), [(0.1, 0.02, True), (0.1, 0.4, False)])
