@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, Complex, Index
+from ...arrays import Array, Complex
 from ...mesh.basis import gauss
 from . import moments
 from .moments import Parts
@@ -41,16 +41,6 @@ class Segments:
         size = np.hypot(chord.real, chord.imag)
         return Segments(first, last, 0.5 * (first + last), chord / size, 0.5 * size)
 
-    def take(self, index: Index | slice) -> Segments:
-        """The segments with these numbers."""
-        return Segments(
-            self.start[index],
-            self.end[index],
-            self.middle[index],
-            self.tangent[index],
-            self.half[index],
-        )
-
     def nodes(self, points: int) -> tuple[Complex, Complex]:
         """Points of Gauss quadrature and dx/ds there, (q, n)."""
         step: Complex = self.tangent * self.half
@@ -61,8 +51,7 @@ class Segments:
     def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
         """Return the integrals of the powers of 1/(s-z) for one close target of each element; see
         `moments.powers`."""
-        _, straight = moments.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
-        first, second, third = straight
+        first, second, third = moments.powers(order, left, right, h)
         return Parts(first, second, third, gauss(order)[1][:, None].astype(np.complex128))
 
     def bend(self, xi: Array, h: Array) -> tuple[Array, Complex, Complex]:
