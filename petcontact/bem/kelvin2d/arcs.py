@@ -116,7 +116,7 @@ class Arcs:
         """Return the integrals of the trigonometric kernels for one close target of each arc. They
         are those of a straight element in the coordinate s plus a smooth remainder by Gauss
         quadrature; see `moments.powers`."""
-        straight = moments.powers(order, left, right, h)
+        _, straight = moments.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
         widest = float(np.max(np.abs(self.angle)))
         s, product = product_weights(order, _points(order, widest))
         z = 0.5 * (left + right) + 1j * h

@@ -51,7 +51,8 @@ class Segments:
     def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
         """Return the integrals of the powers of 1/(s-z) for one close target of each element; see
         `moments.powers`."""
-        first, second, third = moments.powers(order, left, right, h)
+        on_line = np.zeros(len(h), dtype=bool)
+        first, second, third = moments.powers(order, left, right, h, on_line, 3)[1]
         return Parts(first, second, third, gauss(order)[1][:, None].astype(np.complex128))
 
     def bend(self, xi: Array, h: Array) -> tuple[Array, Complex, Complex]:
