@@ -49,7 +49,6 @@ Vector = pydantic.Field(min_length=2, max_length=3)
 SHOWN = 3
 """Mistakes of a file that are named at once: more would not be one line."""
 LONGEST_EXPRESSION = 500
-FUNCTION = "<function "
 NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 NOT_IN_TITLES = re.compile(r"\x00")
 
@@ -57,7 +56,7 @@ NOT_IN_TITLES = re.compile(r"\x00")
 def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
     """One check instead of a union, whose report would name every branch."""
     if isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION:
-        if not value.startswith(FUNCTION):
+        if not value.startswith("<function "):  # as files have it, see `_in_file`
             parse_expression(value)
         return value
     if callable(value):
@@ -84,7 +83,7 @@ def _is_number(value: Any) -> bool:
 def _in_file(value: Any) -> Any:
     """What a result file says of an expression: a function has no text."""
     return (
-        f"{FUNCTION}{getattr(value, '__name__', type(value).__name__)}>"
+        f"<function {getattr(value, '__name__', type(value).__name__)}>"
         if callable(value)
         else value
     )
@@ -237,6 +236,14 @@ class Model(pydantic.BaseModel, metaclass=_OneLine):
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not _hidden(name)]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in type(self).model_fields:
+            raise InputError(
+                f"{name}: a {type(self).__name__} does not change; "
+                f".model_copy(update={{{name!r}: {_shown(value)}}}) returns one that has it"
+            )
+        super().__setattr__(name, value)
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -5,8 +5,9 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
+T = TypeVar("T")
 SYNONYMS = {
     "mu": "friction_coefficient",
     "friction": "friction_coefficient",
@@ -56,6 +57,18 @@ def among(given: Any, names: Sequence[str], there: str = "there are") -> str:
     (", did you mean 'right'?", '; bodies are none')
     """
     return nearest(given, [*names]) or f"; {there} {', '.join(names) or 'none'}"
+
+
+class Named(dict[str, T]):
+    """What has names: a name that is not there is answered with the nearest.
+
+    >>> Named(bottom=1)["botom"]
+    Traceback (most recent call last):
+    KeyError: "'botom', did you mean 'bottom'?"
+    """
+
+    def __missing__(self, name: str) -> T:
+        raise KeyError(f"{name!r}{among(name, [*self])}")
 
 
 def number_refused(text: str) -> str:

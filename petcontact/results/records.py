@@ -15,6 +15,7 @@ from ..contact.friction_law import lengths
 from ..contact.state import History
 from ..geometry.rotation import Axial, moment
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.hints import Named
 from .report import Finding
 
 
@@ -240,6 +241,10 @@ class StepResult:
     cycle: int = 0
     origin: int | None = None
     findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("pairs", "bodies", "obstacles"):
+            object.__setattr__(self, name, Named(getattr(self, name)))
 
     @property
     def title(self) -> str:

@@ -116,15 +116,15 @@ def peak_first_principal(solution: Solution) -> float:
     return peaks(solution)["peak_first_principal"]
 
 
-def of_adaptive(solution: Solution) -> dict[str, float]:
-    """Return estimated_error, see `Accuracy`, and `peaks` of a case on adaptive meshes.
+def trust(solution: Solution) -> dict[str, float]:
+    """Return estimated_error, see `Accuracy`, NaN where it is not known, and the number of
+    warnings; on adaptive meshes also `peaks`.
 
     There they cost little in comparison with the solve.
     """
     accuracy = solution.accuracy
-    if accuracy.wanted is None:
-        return {}
-    return {"estimated_error": accuracy.error, **peaks(solution)}
+    known = {"estimated_error": accuracy.error, "warnings": len(solution.warnings)}
+    return known if accuracy.wanted is None else {**known, **peaks(solution)}
 
 
 COLUMNS = (
@@ -213,7 +213,7 @@ def users(
 
 def is_column(name: str) -> bool:
     """Return whether the table of some sweep has a column of this name."""
-    own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error"}
+    own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error", "warnings"}
     return name in own or name.startswith(("force_", "moment", "von_mises_", "history_", "worn_"))
 
 
@@ -236,7 +236,7 @@ def row_of(
         **contact_quantities(solution),
         **resultants(solution),
         **wear(solution),
-        **of_adaptive(solution),
+        **trust(solution),
         **von_mises_at(solution, points),
         **{name: float(function(solution)) for name, function in (more or {}).items()},
     }

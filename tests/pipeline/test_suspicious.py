@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from shapes import closing, drawn, elastic, moved, problem, rectangle, solid
+from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import solve
 
@@ -52,6 +52,25 @@ def test_bodies_that_nothing_joins_and_loads_in_pascals():
         solid(name, rectangle([0, 0], [1, 1]), moved("bottom", [0, 0]), pressed, **steel)
         for name in "ab"
     ]
+    bodies[1] = {**bodies[1], "material": {**bodies[1]["material"], "plane": "stress"}}
     said = " ".join(solve(problem(body=bodies)).verdict().split())
     assert "body 'a': touches no other body; bodies meet where a [[contact]]" in said
     assert "check that loads and moduli have the same unit" in said
+    assert "bodies 'a' in plane strain and 'b' in plane stress have other stiffnesses" in said
+
+
+@pytest.mark.parametrize(("ground", "warned"), [("-1", False), ("-sqrt(1.21 - x**2) + 0.1", True)])
+def test_a_direction_off_the_normals_of_both_sides(ground, warned):
+    """Of half a disc that is pressed into a plane, whose normal is right, and into a hole."""
+    loop = [{"part": "top", "to": [-1, 0]}, {"part": "rim", "to": [1, 0], "through": [0, -1]}]
+    disc = problem(
+        material=elastic(1.0, 0.3),
+        geometry={"shape": "outline", "loops": [loop]},
+        mesh={"element_size": 0.2, "order": 1},
+        boundary=[moved("top", [0, 0])],
+        obstacle=[{"name": "tool", "displacement": [0.0, 0.1]}],
+        contact=[
+            touching("pair", "rim", "tool", direction=[0.0, -1.0], gap=f"y - ({ground})"),
+        ],
+    )
+    assert ("off the normals" in " ".join(solve(disc).warnings)) == warned

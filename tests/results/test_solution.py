@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from examples import example
 
-from petcontact import Contact, InputError, MeshOptions, Solution, Traction, solve
+from petcontact import Contact, InputError, MeshOptions, Solution, Traction, plot_all, solve
 
 COARSE = MeshOptions(element_size=0.2)
 
@@ -83,3 +83,14 @@ def test_a_function_is_named_in_files(tmp_path):
     read = Solution.load(tmp_path / "r.h5")
     assert read.problem.boundary[0].friction_bound == "<function ramp>"
     assert read.contact.friction_bound[0] > 150.0
+
+
+def test_mistakes_in_python_are_answered_with_what_is_meant(solution):
+    with pytest.raises(KeyError, match="'botom', did you mean 'bottom'"):
+        solution.pairs["botom"]
+    with pytest.raises(InputError, match=r"'normel' is no figure and no axes; .* mean 'normal'"):
+        solution.plot("normel")
+    with pytest.raises(InputError, match="no figure 'normel', did you mean 'normal'"):
+        plot_all(solution, "", names=["normel"])
+    with pytest.raises(InputError, match=r"title: a Problem does not change; .model_copy\(update="):
+        solution.problem.title = "another"

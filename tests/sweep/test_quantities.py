@@ -100,6 +100,7 @@ def test_a_case_without_a_mesh_is_what_a_solve_gives(tmp_path, comm):
     alone, kept = solve(sweep[0].case, comm=comm), load_case(tmp_path / "out", sweep.ids[0])
     assert kept.verdict().split("time")[0] == alone.verdict().split("time")[0]
     assert table.numbers("estimated_error")[0] == alone.accuracy.error
+    assert table.numbers("warnings")[0] == len(alone.warnings)
     assert table.numbers("max_pressure")[0] == alone.last.pairs["top"].pressure.max()
     peak = f"{table.numbers('peak_von_mises')[0]:.3g}"
     assert f"largest von Mises stress: {peak}" in alone.verdict()

@@ -184,13 +184,16 @@ class AdaptiveSolve:
 def _with_path(problem: PreparedProblem, solution: Solution, wanted: float) -> Solution:
     """Add to a solution the error of its path.
 
-    A load without steps is solved again in increments where that error exceeds the wanted one.
+    A load without increments is solved again in more of them while that error exceeds the wanted
+    one.
     """
     solution = with_paths(problem, solution, wanted)
-    followed = divided_load(problem, solution, wanted)
-    if followed is None or not (again := unreported(followed, None)).converged:
-        return solution
-    return with_paths(followed, reported(followed, again), wanted)
+    while (followed := divided_load(problem, solution, wanted)) is not None:
+        again = unreported(followed, None)
+        if not again.converged:
+            break
+        solution = with_paths(followed, reported(followed, again), wanted)
+    return solution
 
 
 def adapt(

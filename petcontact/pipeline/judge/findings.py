@@ -66,6 +66,9 @@ KINDS = {
     # initial gap or overlap over the size of the body
     "far apart": Kind("warning", 0.05),
     "through": Kind("refused", 1.0),
+    # pressure along the surface over the pressure, as the estimated error of "accuracy"
+    "oblique": Kind("warning", 0.1),
+    "mixed planes": Kind("warning"),
     "ignored load": Kind("warning"),
     # pressure after all loads are taken away, over the largest pressure of the path
     "jam": Kind("warning", 1e-3),

@@ -7,12 +7,15 @@ import math
 import numpy as np
 
 from ...arrays import Array
+from ...compliance.interface import Interface
+from ...contact.friction_law import contact_norm, lengths
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import Motions
 from ...model.load_steps import Obstacle
 from ...results.records import StepResult
 from ...results.report import Finding
 from ...results.solution import Solution
+from ...round_off import TINY
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 from .findings import limit_of, new_finding
@@ -36,6 +39,7 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
         *_ignored(problem),
         *_jammed(problem, results),
         *_unlike(problem, results),
+        *_oblique(problem.discrete, results),
         *unusual(problem.discrete, results),
         *suspicious(problem.discrete, solution),
     ]
@@ -78,6 +82,62 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
                 new_finding("sag", text, where, advice=advice, measured=sag, limit=limit)
             )
     return findings
+
+
+def _oblique(discrete: Discrete, results: list[StepResult]) -> list[Finding]:
+    """Find contacts that act along a direction far off the normals of both sides.
+
+    A pressure p along a direction at an angle θ to the normals is p sin θ along the surfaces, which
+    no friction law knows. It is measured by its L2 norm over that of p. In a pin in a hole, 42, 26
+    and 14 % made p 11, 2.7 and 1 % smaller, and 42 % the von Mises stress 57 % larger.
+    """
+    findings = []
+    for posed, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        if posed.direction is None:
+            continue
+        sine, worst = _sines_off(discrete, posed.direction, interface), (0.0, 0.0)
+        for pair in (result.pairs[posed.name] for result in results):
+            along, acting = pair.pressure[:, None] * sine[:, None], pair.pressure[:, None]
+            size = contact_norm(acting, pair.weight) or 1.0
+            largest = float(sine[pair.state != OPEN].max(initial=0.0))
+            worst = max(worst, (contact_norm(along, pair.weight) / size, largest))
+        if worst[0] > limit_of("oblique"):
+            text = (
+                f"its direction is up to {math.degrees(math.asin(min(worst[1], 1.0))):.0f} degrees "
+                f"off the normals where it acts: {worst[0]:.0%} of the pressure acts along the "
+                "surfaces, where stress is about as far off"
+            )
+            advice = "leave direction out, so that contact acts along normals"
+            where = f"pair {posed.name!r}"
+            findings.append(new_finding("oblique", text, where, advice=advice, measured=worst[0]))
+    return findings
+
+
+def _sines_off(discrete: Discrete, direction: Array, interface: Interface) -> Array:
+    """Return the sine of the angle between a direction and the nearer normal of the two sides, (m,)
+    [-].
+
+    The surface of an obstacle is where the gaps end; in space it is taken to be normal to the
+    direction.
+    """
+    mesh = discrete.meshes[interface.body]
+    normals = [mesh.smooth_normal[interface.nodes]]
+    if interface.primary is not None and interface.values is not None:
+        opposite = discrete.meshes[interface.primary].smooth_normal[interface.primary_nodes]
+        normals.append(interface.values @ opposite)
+    elif mesh.dim == 2:
+        gap = np.where(np.isfinite(interface.gap), interface.gap, 0.0)
+        surface = mesh.x[interface.nodes] + gap[:, None] * direction
+        steps = np.gradient(surface, axis=0)
+        normals.append(np.column_stack([steps[:, 1], -steps[:, 0]]))
+    else:
+        normals.append(np.broadcast_to(direction, normals[0].shape))
+    sines = [
+        lengths(normal - np.outer(normal @ direction, direction))
+        / np.maximum(lengths(normal), TINY)
+        for normal in normals
+    ]
+    return np.asarray(np.minimum(*sines))
 
 
 def _ignored(problem: PreparedProblem) -> list[Finding]:

@@ -22,6 +22,7 @@ def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
     return [
         *_strains(solution),
         *_frictions(discrete),
+        *_planes(discrete),
         *_gaps(discrete),
         *_empty(solution.steps),
     ]
@@ -78,6 +79,17 @@ def _frictions(discrete: Discrete) -> list[Finding]:
             where = f"pair {side.name!r}"
             findings.append(new_finding("friction coefficient", text, where, measured=float(value)))
     return findings
+
+
+def _planes(discrete: Discrete) -> list[Finding]:
+    """Find plane bodies of which some may not strain across the plane, and others may."""
+    plane = discrete.meshes[0].dim == 2 and discrete.problem.symmetry != "axial"
+    states = {body.material.plane: body.name for body in discrete.problem.body if plane}
+    if len(states) < 2:
+        return []
+    names = " and ".join(f"{name!r} in plane {plane}" for plane, name in sorted(states.items()))
+    advice = "plane = the same in all"
+    return [new_finding("mixed planes", f"bodies {names} have other stiffnesses", advice=advice)]
 
 
 def _gaps(discrete: Discrete) -> list[Finding]:

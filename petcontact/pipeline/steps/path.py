@@ -35,8 +35,8 @@ UNNAMED = 16
 """Largest number of increments of the steps that name none, together. It divides an error that
 falls like √h by four. The number is chosen for its cost; what is left of the error is reported."""
 ADVICE = (
-    'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
-    "come one after the other need a [[step]] each, which is another path"
+    "take more [[step]] increments{}, and in cycles a smaller jump; loads that really come one "
+    "after the other need a [[step]] each, which is another path"
 )
 
 
@@ -57,7 +57,9 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
     solution = replace(solution, paths=paths or ())
     error, text = (np.nan, "") if paths is None else _largest(problem, solution, number)
     limit = wanted or limit_of("path")
-    large = [new_finding("path", text, advice=ADVICE, measured=error, limit=limit)]
+    auto = any(step.increments == "auto" for step in problem.steps)
+    advice = ADVICE.format("" if auto else ', or "auto"')
+    large = [new_finding("path", text, advice=advice, measured=error, limit=limit)]
     solution = replace(solution, accuracy=replace(solution.accuracy, path=error))
     return solution.with_findings(large if error > limit else [])
 
@@ -70,7 +72,8 @@ def divided_load(
 
     They are steps whose `increments` is not named, from the first that depends on the path on. The
     increments are as many as leave the wanted error where it falls like √h, and at most `UNNAMED`
-    together: many steps are a path of their own.
+    together: many steps are a path of their own. They are more than those of the solution, or the
+    return is None.
     """
     posed, error = problem.discrete.problem, solution.accuracy.path
     first = _first_that_matters(problem, solution)
@@ -81,10 +84,11 @@ def divided_load(
         for number, step in enumerate(problem.steps, 1)
         if number >= first and "increments" not in step.model_fields_set
     }
-    most = UNNAMED // len(divided) if divided else 1
-    if most < 2:
+    taken = [result.step for result in solution.steps if result.cycle <= 1]
+    each = max((taken.count(number) for number in divided), default=UNNAMED)
+    count = int(min(np.ceil(each * (error / wanted) ** 2), UNNAMED // max(1, len(divided))))
+    if count <= each:
         return None
-    count = int(min(np.ceil((error / wanted) ** 2), most))
     steps = tuple(
         step.model_copy(update={"increments": count}) if number in divided else step
         for number, step in enumerate(problem.steps, 1)

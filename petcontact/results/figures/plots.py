@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...contact.law_protocol import OPEN
+from ...errors import InputError
+from ...model.hints import among
 from ...runtime.figure_style import SIZE, save_all, style
 from ..data import SolutionData
 from ..records import PairResult, step_ends
@@ -68,10 +70,14 @@ def plot_all(
     Raises
     ------
     InputError
-        If there is no such format.
+        If there is no such format or figure.
     OutputError
         If a file cannot be written.
     """
+    all_names = {**OF_ALL, **OF_DIMENSION[2], **OF_DIMENSION[3]}
+    for name in names or ():
+        if name not in all_names:
+            raise InputError(f"names: no figure {name!r}{among(name, [*all_names])}")
     wanted = {
         name: functools.partial(draw, view=view) if view and name in WITH_VIEW else draw
         for name, draw in drawings(solution).items()
@@ -150,6 +156,11 @@ def plot_on(solution: SolutionData, place: Any = None, view: View | None = None)
     """Draw the bodies as they were and as they are on given axes, or on those of a figure, a new
     one by default; returns the axes. In a view that other drawings share, where one is given."""
     dim = next(iter(solution.meshes.values())).dim
+    if isinstance(place, str):
+        raise InputError(
+            f"{place!r} is no figure and no axes; plot_all(solution, '.', names=['normal']) draws "
+            f"what has a name{among(place, [*drawings(solution)])}"
+        )
     if place is None:
         from matplotlib import pyplot, rc_context
 
