@@ -105,12 +105,10 @@ class Evaluated:
     def once(self, key: Hashable, step: StepResult, compute: Callable[[], T]) -> T:
         """Return what is computed of an increment; of the ends of steps, whose numbers are printed,
         it is kept."""
-        if (key, id(step)) in self._kept:
-            return cast(T, self._kept[key, id(step)])
-        result = compute()
-        if any(step is each for each in step_ends(self.tried)):
-            self._kept[key, id(step)] = result
-        return result
+        kept = self._kept if any(step is each for each in step_ends(self.tried)) else {}
+        if (key, id(step)) not in kept:
+            kept[key, id(step)] = compute()
+        return cast(T, kept[key, id(step)])
 
     @functools.cached_property
     def _kept(self) -> dict[tuple[Hashable, int], Any]:

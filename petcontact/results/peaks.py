@@ -154,16 +154,13 @@ class _Samples:
         """Yield the largest samples on the boundary and inside, away from unbounded places."""
         values = self._values(key)
         count = len(self._element)
-        usable = np.isfinite(values)
-        usable &= ~self._beside
+        usable = np.isfinite(values) & ~self._beside
         for rows in (np.arange(count), np.arange(count, len(values))):
             rows = rows[usable[rows]]
             if len(rows):
                 k = int(rows[first_largest(values[rows])])
-                part = ""
-                if k < count:
-                    mesh = self._fields.mesh
-                    part = mesh.part_names[mesh.part[self._element[k]]]
+                mesh = self._fields.mesh
+                part = mesh.part_names[mesh.part[self._element[k]]] if k < count else ""
                 yield StressPeak(float(values[k]), self._x[k], self.body, part, self._step)
 
     def exceeding(self, key: str, peak: StressPeak | None) -> list[Unbounded]:
@@ -189,16 +186,16 @@ class _Samples:
             return peak if value > above else None
         ways, apart = self._ways(peak)
         step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[len(place) + 1])
-        off = bool(peak.part) and not self._near_unbounded(place[None])[0]
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place + step * ways, peak.part)
-            values[self._near_unbounded(x) & off] = -np.inf
+            beside = self._near_unbounded(x)
+            values[beside & bool(peak.part)] = -np.inf
             k, reached = first_largest(values), 0.0
             if values[k] > (1.0 + FINEST**2) * value:
+                if beside[k]:
+                    return None
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
-            if not peak.part and self._near_unbounded(place[None])[0]:
-                return None
             leads_on = reached > (1.0 - apart) * step
             least = float(values[np.isfinite(values)].min(initial=value))
             if not leads_on and 2.0 * value - least <= above:
