@@ -47,8 +47,8 @@ nodes took 1e-3 to 1.6e-3."""
 DIGIT = 1.4
 """A digit more of the tolerance than 1e-4 takes so many times as long: 9000 nodes 5.3 s at 1e-3,
 9.0 s at 1e-4, 5760 11.7 s at 1e-6."""
-TIGHTEST, LOOSEST = 1e-6, 1e-3
-"""Tolerances of compressed surfaces that an adaptive solve chooses."""
+TIGHTEST = 1e-6
+"""Least tolerance of compressed surfaces that an adaptive solve chooses."""
 FINER = 5e-3
 """Such a tolerance over the wanted error of tractions: elastic residuals are about as large as
 tolerances, errors of p from them some times larger."""
@@ -333,7 +333,7 @@ def chosen_tolerance(bem: Bem, accuracy: float) -> float:
     then stays [-]."""
     if "hmatrix_tol" in bem.model_fields_set or option("bem_hmatrix_tol") is not None:
         return math.nan
-    return min(max(FINER * accuracy, TIGHTEST), LOOSEST)
+    return max(FINER * accuracy, TIGHTEST)
 
 
 def resolved_bem(bem: Bem) -> Bem:

@@ -22,17 +22,14 @@ from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Body, Condition, Contact, Displacement, Traction
 from ..round_off import SINGLE
-from .expression_features import SAMPLES, SMOOTH, degree, kinks, samples_of, uniform
+from .expression_features import MOST, SAMPLES, SMOOTH, degree, kinks, samples_of, uniform
 from .levels import REFINEMENT_LEVELS
 
 ORDER = max(level.grading.order for level in REFINEMENT_LEVELS)
 """Largest order of an element: that of the finest levels."""
 OWN_SAMPLES = 16
-"""Samples in each element, besides the samples of its side."""
-ARC_SAMPLES = 64
-"""Least number of samples of a side; an expression that may be narrow has more."""
-MOST_ELEMENTS = 600
-"""Number of elements of one side above which data count as unresolved."""
+"""Samples in each element, besides the samples of its side; the least number of these. An
+expression that may be narrow has more."""
 
 
 @dataclass(frozen=True)
@@ -158,17 +155,17 @@ def _shown(
     Markov's inequality its slope is at most 2 power² times its largest value.
     """
     if (enough := 4.0 * power**2) <= SAMPLES:
-        fractions = np.linspace(0.0, 1.0, max(ARC_SAMPLES, int(enough)))
+        fractions = np.linspace(0.0, 1.0, max(OWN_SAMPLES, int(enough)))
         return np.empty((2, 0)), fractions, values(fractions)
     values(np.array([0.0, 1.0]))  # what cannot be read is refused by its key
     texts = [value for value in given if isinstance(value, str)]
     samples = [samples_of(text, variables_at) for text in texts] or [
         uniform() if any(map(callable, given)) else np.empty(0)
     ]
-    fractions = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
+    fractions = np.unique(np.concatenate([np.linspace(0.0, 1.0, OWN_SAMPLES), *samples]))
     sampled, switches = values(fractions), [np.empty((2, 0))]
     far = float(np.abs([side.start, side.end]).max()) / side.length
-    if len(fractions) > ARC_SAMPLES:
+    if len(fractions) > OWN_SAMPLES:
         for c, column in enumerate(sampled.T):
 
             def component(at: Array, c: int = c) -> Array:
@@ -379,9 +376,7 @@ def _resolved(
     while len(start):
         wanted, left = _order_enough(field, start, end, order, tolerance)
         ready = wanted >= 0
-        hopeless: Mask = ~ready & (
-            (end - start < 2.0 * least) | (count + len(start) > MOST_ELEMENTS)
-        )
+        hopeless: Mask = ~ready & ((end - start < 2.0 * least) | (count + len(start) > MOST))
         if hopeless.any():
             missed = max(missed, float(left[hopeless].max()))
         stays = ready | hopeless

@@ -28,12 +28,9 @@ from ...refinement.marks import ACCURACY, GradedOutline, LevelMesh
 from ...refinement.zones import Zone
 from ...results.evaluated import displacement_scale
 from ...results.solution import Solution
+from ...round_off import HALF
 from ..steps.increment import PreparedProblem
 from .strategy import Strategy
-
-NEGLIGIBLE = 1e-5
-"""Displacement of a half-space by friction over the scale of u_t, below which the sign of slip is
-round-off [-]."""
 
 FIRST_LOOK = 12
 """Least number of elements on a contact side while its zones are unknown. With 24 the first two
@@ -198,7 +195,8 @@ def contact_lines(body: GradedOutline, solution: Solution) -> list[ContactLine]:
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
     compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
     compliance *= float(mesh.measure[contact.nodes].sum())
-    negligible = NEGLIGIBLE * displacement_scale(solution) / compliance
+    # by less friction displaces a half-space by round-off only
+    negligible = HALF * displacement_scale(solution) / compliance
     lines = []
     for k in np.flatnonzero(body.contact):
         chosen = side_of_element[element] == k

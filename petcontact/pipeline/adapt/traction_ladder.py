@@ -20,7 +20,7 @@ from ...model.problem import Body, Problem
 from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
 from ...refinement.known_data import SideData, fields
 from ...refinement.levels import CONTACT_LADDER, Level, believed
-from ...refinement.marks import FINER, UNSEEN, GradedOutline, LevelMesh
+from ...refinement.marks import FINER, FINEST, UNSEEN, GradedOutline, LevelMesh
 from ...results.contact_zones import pair_edges
 from ...results.records import step_ends
 from ...results.solution import Solution
@@ -42,10 +42,9 @@ they leave are weak if they are close to each other."""
 FOUND = 0.1
 """Error of an edge's place over the smallest elements there [-], see `CONTACT_REFINEMENT_LEVELS`.
 Edges at the ends of two steps that are farther apart are two, however coarse the level is: an edge
-that several levels leave out does not show in their differences."""
-FINEST = 1e-6
-"""Size of the smallest elements at edges over the thickness of the body [-]. The round-off of
-displacements over this size becomes round-off of p."""
+that several levels leave out does not show in their differences. With 0 second meshes of two steps
+had up to a quarter more elements (configs/axial_press_fit.toml), with 1 third ones of random bodies
+of revolution 1.08 times as many."""
 
 
 class Tractions(Strategy):

@@ -23,10 +23,7 @@ from ...results.records import StepResult
 from ...results.report import Finding
 from ...results.solution import Solution
 from ..pose.discretise import Discrete
-from .findings import new_finding
-
-EXPLAINED = 0.1
-"""Share of an overlap by which a panel is off the surface if that explains the overlap [-]."""
+from .findings import limit_of, new_finding
 
 
 def missed_curves(
@@ -132,8 +129,8 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
     """Return the panels to cut in each body (n_elements, 2), whose sides explain an overlap between
     nodes.
 
-    They leave the exact surface by the share `EXPLAINED` of the overlap, near points where surfaces
-    may overlap.
+    They leave the exact surface by a share of the overlap, as large as a sag may be in a gap, near
+    points where surfaces may overlap.
     """
     meshes, depth = (
         [as_surface(mesh) for mesh in solution.meshes.values()],
@@ -155,7 +152,7 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
                     surface,
                     near if len(near) else meshes[b].x,
                     np.inf,
-                    EXPLAINED * depth,
+                    limit_of("sag") * depth,
                 )
                 marked[b] |= off & on_part[:, None]
     return marked

@@ -17,9 +17,6 @@ from ...round_off import CHAINED, WRITTEN
 from .between_nodes import Sampling
 from .findings import limit_of, new_finding
 
-NEGLIGIBLE = 1e-2
-"""Accepted error of an overlap between nodes, over the displacement that tractions cause [-]."""
-
 
 class Overlap(NamedTuple):
     """How far surfaces overlap after an increment.
@@ -101,7 +98,7 @@ def overlaps(
             outcome.v[where, -1],
             interface.gap,
             outcome.states[where],
-            NEGLIGIBLE * scale,
+            limit_of("overlap") * scale,
             unfaced=not outcome.sigma[where].any(),
         )
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
@@ -118,7 +115,11 @@ def overlaps(
         worst, deepest = max((worst, deepest), (share, depth))
         if closed and scale > 0.0:
             depth, position = between.overlap(
-                outcome.v[where, -1], interface.gap, outcome.states[where], NEGLIGIBLE * scale, True
+                outcome.v[where, -1],
+                interface.gap,
+                outcome.states[where],
+                limit_of("overlap") * scale,
+                True,
             )
             if (share := _share(depth, scale)) > pressed and position is not None:
                 pressed, pressed_text = share, _text(interface, between, depth, position)

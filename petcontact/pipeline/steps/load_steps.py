@@ -27,9 +27,11 @@ from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedPro
 from .outcome import step_result
 from .wear import Tried, with_wear
 
-LOOKED_AT_FIRST = 1500
+MOST_NODES = 2000
 """Largest number of contact nodes for which the linear program of equilibrium costs less than a
-solve. It is then solved first, else only after a failure. A joint solve always costs more."""
+dense solve, and a step on H-matrices less than their assembly. The program is then solved first,
+else only after a failure, and the error of the path is estimated. A joint solve always costs
+more than the program."""
 ROOM = 0.3
 """Path error, over the one allowed, up to which "auto" takes an increment twice as large next."""
 LEAST = 1e-3
@@ -199,7 +201,7 @@ def _is_doubtful(increment: Increment) -> bool:
     """
     system = increment.problem.system
     jointly = any(body.is_solved_jointly for body in system.bodies)
-    return (system.size <= LOOKED_AT_FIRST or jointly) and is_unbalanced(increment.ending_at(1.0))
+    return (system.size <= MOST_NODES or jointly) and is_unbalanced(increment.ending_at(1.0))
 
 
 def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:

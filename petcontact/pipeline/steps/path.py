@@ -26,11 +26,8 @@ from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
 from .halves import PATH_ERROR, touching
 from .increment import PreparedProblem
-from .load_steps import increments, state_after, whole_step
+from .load_steps import MOST_NODES, increments, state_after, whole_step
 
-MOST_NODES = 2000
-"""Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
-a step costs more than the assembly of the bodies."""
 UNNAMED = 16
 """Largest number of increments of the steps that name none, together. It divides an error that
 falls like √h by four. The number is chosen for its cost; what is left of the error is reported."""

@@ -21,9 +21,6 @@ REACH = 1.5
 half-width of a Hertzian contact is wrong by a few per cent, more if surfaces are not parabolic."""
 SMALL = 0.75
 """Half-width of a contact over the size of its panels up to which it counts as small [-]."""
-LINE = 0.05
-"""Ratio of the smaller curvature of a gap to the larger one up to which the contact is a line
-[-]."""
 STRAY = 2.5
 """Distance of a closed node beyond the edge, in panels, above which it belongs to another
 contact."""
@@ -129,10 +126,8 @@ def overlapping_contact(
     fit = _parabola(mesh, nodes, gap, mesh.x[low], mesh.normal[low])
     if fit is None or fit.off > depth:
         return None
-    k_1, k_2 = fit.curvatures
     half, along = np.sqrt(depth / fit.curvatures), (mesh.x[nodes] - fit.centre) @ fit.axes[1]
-    reach = np.inf if k_2 < LINE * k_1 else half[1]  # a line contact is as long as the face
-    ends = np.clip([along.min(), along.max()], -reach, reach)
+    ends = np.clip([along.min(), along.max()], -half[1], half[1])
     centre = fit.centre + 0.5 * ends.sum() * fit.axes[1]
     expected = SmallContact(centre, fit.normal, fit.axes, np.array([half[0], 0.5 * np.ptp(ends)]))
     return expected if half[0] <= SMALL * fit.lengths(mesh, mesh.element[[low]])[0, 0] else None
