@@ -92,25 +92,28 @@ def _unbounded(solution: Evaluated, step: StepResult) -> dict[str, list[Unbounde
     bodies = {name: _Body(solution, name, step) for name in solution.meshes}
     at_corners = (each for body in bodies.values() for each in body.singular(bodies))
     forces, pressing = _point_forces(solution, step), _pressing(solution, step)
-    for name, ends, elements, sides in itertools.chain(at_corners, forces, pressing):
-        reach = bodies[name].reach(ends.mean(axis=0))
-        places[name].append(Unbounded(ends, elements, sides, reach))
+    points = (
+        (name, Unbounded(np.array([x, x]), elements, sides, bodies[name].reach(x)))
+        for name, x, elements, sides in itertools.chain(forces, pressing)
+    )
+    for name, place in itertools.chain(at_corners, points):
+        places[name].append(place)
     return places
 
 
-Place = tuple[str, Array, tuple[int, ...], str]
-"""The name of a body, and the ends, elements and sides of a place without a bound."""
+Point = tuple[str, Array, tuple[int, ...], str]
+"""The name of a body, and the place, elements and sides of a point without a bound."""
 
 
-def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[Place]:
+def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[Point]:
     """Yield the place of each force that acts at a point of a body."""
     for loaded in solution.problem.loaded:
         for each in loaded.forces[step.step - 1]:
             if np.any(each.force):
-                yield loaded.body.name, np.array([each.at, each.at]), (), "a point force"
+                yield loaded.body.name, np.array(each.at), (), "a point force"
 
 
-def _pressing(solution: Evaluated, step: StepResult) -> Iterator[Place]:
+def _pressing(solution: Evaluated, step: StepResult) -> Iterator[Point]:
     """Yield each place where an edge of the other body presses, as a jump of the gap shows it."""
     interfaces = solution.problem.interfaces
     for side in (each for each in interfaces if each.law.normal == "unilateral"):
@@ -122,7 +125,7 @@ def _pressing(solution: Evaluated, step: StepResult) -> Iterator[Place]:
             near = 2.0 * sizes(mesh)[elements].max()  # a jump may lie inside the next element
             if (np.linalg.norm(closed - x, axis=1) < near).any():
                 where = f"{side.part}, under edge {number} of the gap"
-                yield name, np.stack([x, x]), tuple(elements.tolist()), where
+                yield name, x, tuple(elements.tolist()), where
 
 
 def _exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> float:
@@ -133,18 +136,10 @@ def _exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> 
 
 
 @dataclass(frozen=True)
-class _Corner:
-    """One of `Corners`, and the parts that meet there."""
+class _Corner(Unbounded):
+    """A corner or an edge, bounded or not, and the angle of the body there [rad]."""
 
-    ends: Array
     angle: float
-    elements: tuple[int, ...]
-    parts: str
-
-    @property
-    def x(self) -> Array:
-        """The middle (d,) [length]."""
-        return np.asarray(self.ends.mean(axis=0))
 
 
 @dataclass(frozen=True)
@@ -241,19 +236,19 @@ class _Body:
             stiffer = moduli[partner] / moduli[name] if partner in moduli else 1e6
             self._pairs.append((pair, partner if partner in moduli else "", stiffer))
 
-    def singular(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
+    def singular(self, bodies: Mapping[str, _Body]) -> Iterator[tuple[str, Unbounded]]:
         """Yield its corners that have no bound, and what they press on smooth sides of others."""
         for number in range(len(self._corners.x)):
             corner, sides = self._corner_and_sides(number)
             closed = [side for side in sides if isinstance(side, _Closed)]
             partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
             if self.is_singular(corner, sides, partner):
-                yield self._name, corner.ends, corner.elements, corner.parts
+                yield self._name, corner
                 under = partner and partner.facing(corner.x, closed[0].normal)[2]
-                if under:
+                if partner and under:
                     x, elements = under
-                    where = f"under a corner of {self._name}"
-                    yield closed[0].partner, np.stack([x, x]), elements, where
+                    where = f"under a corner of {self._name}", partner.reach(x)
+                    yield closed[0].partner, Unbounded(np.stack([x, x]), elements, *where)
 
     def reach(self, x: Array) -> float:
         """The distance from a place without a bound up to which stress is left out [length]."""
@@ -275,7 +270,8 @@ class _Body:
             self._touched(element, x) or kinds_seen(self._conditions.get(part), way, mesh.dim)
             for element, part, way in zip(elements, parts, corners.leaving[number], strict=True)
         ]
-        return _Corner(corners.ends[number], angle, tuple(elements.tolist()), names), sides
+        ends, reach = corners.ends[number], self.reach(x)
+        return _Corner(ends, tuple(elements.tolist()), names, reach, angle), sides
 
     def is_singular(self, corner: _Corner, sides: Sides, partner: _Body | None) -> bool:
         """Whether λ < 1 at a corner; where it presses with one side and ends at a free one, its own
