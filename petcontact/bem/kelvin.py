@@ -99,9 +99,8 @@ def weighted(
 ) -> Array:
     """Multiply integrals (c, d, k, m) by data (k, d, s) at the nodes of elements and add. The
     result is (m, c, s)."""
-    result = np.tensordot(traction, by_traction, ((0, 1), (2, 1)))
-    result += np.tensordot(displacement, by_displacement, ((0, 1), (2, 1)))
-    return np.asarray(result.T)
+    pushed = np.tensordot(traction, by_traction, ((0, 1), (2, 1)))
+    return np.asarray(pushed + np.tensordot(displacement, by_displacement, ((0, 1), (2, 1)))).T
 
 
 def _from(x: Array, source: Array) -> tuple[Array, Array]:

@@ -98,9 +98,8 @@ def field_at(
 
     See `InteriorField`.
     """
-    field = InteriorField(mesh, u[..., None], traction[..., None], material)
-    moved, stress = field.at(points, progress)
-    return moved[..., 0], stress[..., 0]
+    field = InteriorField(mesh, u[..., None], traction[..., None], material).at(points, progress)
+    return field[0][..., 0], field[1][..., 0]
 
 
 class InteriorField:
@@ -127,10 +126,10 @@ class InteriorField:
         self._motion = _rigid_motion(mesh, u)
         u = (u - self._motion(mesh.x)).reshape(len(u), -1)
         self._mesh, u, traction = smoothed(mesh, u, traction.reshape(len(u), -1))
-        self._u, traction = u.reshape(shape), traction.reshape(shape)
         self._kernel = kernel_for(self._mesh, material)
-        self._scaled = traction / self._kernel.traction_scale
-        self._next_to_joints = joints_of(self._mesh, self._u, traction)
+        traction = traction / self._kernel.traction_scale
+        self._u, self._scaled = u.reshape(shape), traction.reshape(shape)
+        self._next_to_joints = joints_of(self._mesh, self._u, self._scaled)
         # in an infinite plate with holes every winding number is less by one, and a rigid motion of
         # the boundary data has no field inside
         self._filled = float(mesh.weight @ np.einsum("nd,nd->n", mesh.x, mesh.normal) > 0.0)
@@ -215,12 +214,10 @@ class InteriorField:
 
     def _add_next_to_joints(self, points: Array, totals: list[Array]) -> None:
         """Add the fields of the data's change at the ends of elements, see `joints`."""
-        for near in self._next_to_joints(points):
-            scaled = near.traction / self._kernel.traction_scale
-            targets = self._mesh.points(points[near.rows])
-            changes = self._kernel.field(targets, near.elements, near.u, scaled)
+        for rows, share, elements, u, traction in self._next_to_joints(points):
+            changes = self._kernel.field(self._mesh.points(points[rows]), elements, u, traction)
             for total, change in zip(totals[:2], changes[:2], strict=True):
-                total[near.rows] += near.share[:, None, None] * change
+                total[rows] += share[:, None, None] * change
 
 
 def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:

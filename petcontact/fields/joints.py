@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -32,29 +31,11 @@ CUBIC = 3
 """Order of elements that can have a given value and slope at one end and zeros at the other."""
 
 
-@dataclass(frozen=True)
-class Neighbourhood:
-    """Points next to one joint, and the change of the data on its two elements.
-
-    Attributes
-    ----------
-    rows : (k,) array
-        Numbers of the points.
-    share : (k,) array
-        Share of the change that each point receives, from 1 at the joint to 0 at the rim of its
-        neighbourhood [-].
-    elements : Elements
-        The element that ends at the joint and the one that begins there, of order 3.
-    u, traction : (8, 2, s) arrays
-        Change of the displacement [length] and of the traction [stress] at the nodes of both
-        elements, in s states.
-    """
-
-    rows: Index
-    share: Array
-    elements: Elements
-    u: Array
-    traction: Array
+Neighbourhood = tuple[Index, Array, Elements, Array, Array]
+"""Points next to one joint, and the change of the data on its two elements: the numbers of the
+points (k,), the share of the change that each receives, from 1 at the joint to 0 at the rim of its
+neighbourhood (k,) [-], the element that ends at the joint and the one that begins there, of order
+3, and the change of the displacement [length] and of the traction at their nodes, (8, 2, s)."""
 
 
 class Joints:
@@ -65,7 +46,7 @@ class Joints:
     mesh : CurveMesh
         n nodes.
     u, traction : (n, 2, s) arrays
-        Displacement [length] and traction [stress] at the nodes, in s states.
+        Displacement [length] and traction, in any unit, at the nodes, in s states.
     """
 
     def __init__(self, mesh: CurveMesh, u: Array, traction: Array) -> None:
@@ -122,9 +103,7 @@ class Joints:
                 * (value * self._u[joint] + turn * half * slope * self._slope[joint])[::turn]
             )
             changes_t.append(share_of * (0.5 * (1.0 + x) * self._traction[joint])[::turn])
-        return Neighbourhood(
-            rows, share, elements, np.concatenate(changes_u), np.concatenate(changes_t)
-        )
+        return rows, share, elements, np.concatenate(changes_u), np.concatenate(changes_t)
 
 
 @functools.singledispatch

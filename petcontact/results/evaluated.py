@@ -90,17 +90,22 @@ class Evaluated:
         InputError
             If there is no such body or increment.
         """
-        names, step = [each.name for each in self.problem.body], self.increment(step)
+        names, after = [each.name for each in self.problem.body], self.increment(step)
         if body is not None and body not in names:
             raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
         name = names[0] if body is None else body
-        return self.once(("fields", name), step, lambda: self._fields_of(name, step))
-
-    def _fields_of(self, name: str, step: StepResult) -> BodyFields:
-        loaded = next(each for each in self.problem.loaded if each.body.name == name)
-        states, volume = self.contact_states(name, step), self.volume_solutions[name]
-        mesh, result = self.meshes[name], step.bodies[name]
-        return BodyFields(loaded, mesh, result, volume, states, step.shares)
+        return self.once(
+            ("fields", name),
+            after,
+            lambda: BodyFields(
+                self.problem.loaded[names.index(name)],
+                self.meshes[name],
+                after.bodies[name],
+                self.volume_solutions[name],
+                self.contact_states(name, after),
+                after.shares,
+            ),
+        )
 
     def once(self, key: Hashable, step: StepResult, compute: Callable[[], T]) -> T:
         """Return what is computed of an increment; of the ends of steps, whose numbers are printed,

@@ -102,13 +102,12 @@ def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
         largest = max(of_kind, key=lambda found: found[0].value, default=None)
         tops.append(largest and largest[1].top(key, largest[0], above))
         above = (1.0 + MORE) * tops[0].value if tops[0] else above
-    surface, top = tops
     unbounded = {
         (some.body, place.sides): (some.body, place)
         for some in reversed(samples)
-        for place in some.exceeding(key, surface)
+        for place in some.exceeding(key, tops[0])
     }
-    return Peaks(top, surface, list(unbounded.values()))
+    return Peaks(tops[1], tops[0], list(unbounded.values()))
 
 
 def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> str:
@@ -136,7 +135,6 @@ class _Samples:
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
         inside = inside[~(self._too_near(inside) | self._near_unbounded(inside))]
-        size = float(np.ptp(mesh.x, axis=0).max())
         beyond, foot = located(mesh, self._around(boundary.x), within=sizes(mesh))
         self._element = np.append(element, beyond[beyond >= 0])
         self._states = [boundary, self._fields.on_boundary(beyond[beyond >= 0], foot[beyond >= 0])]
@@ -145,10 +143,10 @@ class _Samples:
         self._x = np.vstack([state.x for state in self._states])
         self._beside = self._near_unbounded(self._x)
         u, material = self._fields.found.u, self._fields.loaded.body.material
-        moved = material.young_modulus * float(np.abs(u).max()) / size
+        strain = float(np.abs(u).max()) / float(np.ptp(mesh.x, axis=0).max())
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
         # a rigid motion leaves round-off of E times displacement over the size of the body
-        self._least = max(NOTHING * largest, SUMMED * moved)
+        self._least = max(NOTHING * largest, SUMMED * material.young_modulus * strain)
 
     def peaks(self, key: str) -> Iterator[StressPeak]:
         """Yield the largest samples on the boundary and inside, away from unbounded places."""
@@ -239,8 +237,8 @@ class _Samples:
 
     def _too_near(self, x: Array) -> Mask:
         """Which points (q, d) inside are nearer to an element than `SHALLOW` times its size."""
-        mesh = self._fields.mesh
-        return located(mesh, x, within=SHALLOW * sizes(mesh))[0] >= 0
+        reach = SHALLOW * sizes(self._fields.mesh)
+        return located(self._fields.mesh, x, within=reach)[0] >= 0
 
     def _near_unbounded(self, x: Array) -> Mask:
         """Which points (q, d) lie next to places without a bound."""

@@ -133,9 +133,8 @@ def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
     if len(points):
         nothing = np.zeros((mesh.n_nodes, mesh.components, 1))
         with np.errstate(all="ignore"):  # on the boundary
-            field = InteriorField(mesh, nothing, nothing, body.material)
-            displacements = field.at(points, outside=np.nan)[0]
-        for k in np.flatnonzero(np.isnan(displacements).any(axis=(1, 2)))[:1]:
+            field = InteriorField(mesh, nothing, nothing, body.material).at(points, outside=np.nan)
+        for k in np.flatnonzero(np.isnan(field[0]).any(axis=(1, 2)))[:1]:
             raise InputError(
                 f"body {body.name!r}: point_force[{k}].at: {points[k].tolist()} does not lie "
                 f"inside the body"
