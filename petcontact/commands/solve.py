@@ -115,7 +115,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
         number = stop()
     if first:
         try:
-            say(f"{solution.verdict(arguments.verbose)}\n  result: {output}")
+            say(f"{solution.verdict(arguments.verbose)}\n  result: {output}{meshes.said}")
             if not (arguments.no_figures or number):
                 draw(solution, output, pictures, whole=bool(arguments.figures))
             report_ignored(case, solution.accuracy.wanted is not None)
@@ -242,10 +242,13 @@ class Meshes:
     ----------
     replaces : bool
         Whether what has the name of the result may be replaced: from the first mesh on it is ours.
+    said : str
+        That something is.
     """
 
     def __init__(self, status: Any, output: Path, *, replaces: bool) -> None:
         self._status, self._output, self.replaces = status, output, replaces
+        self.said = " (replaced)" if output.exists() else ""
         self._last: Any = None
 
     def saved(self) -> str:

@@ -52,6 +52,7 @@ RESULTANTS = (
     "moment",
     "dissipated",
     "dissipated_error",
+    "first_gap",
     "force_primary",
     "moment_primary",
 )

@@ -11,6 +11,7 @@ import numpy as np
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
 from ...model.summary import value_text
+from ...round_off import WRITTEN
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..numbers import Number
@@ -158,7 +159,7 @@ def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[
     shear = {"largest q": "largest q"} if tell.verbose or bonded else {}
     yield list(tell.items(step, name, shear if pulls else pressure | shear))
     slides = (law.friction_coefficient, law.friction_bound) != (None, None)
-    yield list(_area(tell, step, name, slides))
+    yield [*_area(tell, step, name, slides), *_gaps(tell, step, pair, law)]
     if tell.verbose or (slides and tell.is_told(step, name, MOVED)):
         yield list(tell.items(step, name, MOVED))
     yield list(
@@ -182,6 +183,16 @@ def _area(tell: Teller, step: StepResult, name: str, slides: bool) -> Iterator[s
         # of less friction three digits would show noise
         if (used := step.pairs[name].friction_used) > 0.005:
             yield f"|Q|/(mu N) {used:.3g}"
+
+
+def _gaps(tell: Teller, step: StepResult, pair: PairResult, law: Any) -> Iterator[str]:
+    """The smallest gap or overlap before any load, and the largest gap that is left."""
+    left = float(pair.gap[np.isfinite(pair.gap)].max(initial=0.0))
+    first = pair.first_gap if step.step == 1 else 0.0
+    gaps = {"first gap": first, "first overlap": -first, "largest gap left": left}
+    for words, value in gaps.items() if law.normal == "unilateral" else ():
+        if WRITTEN * tell.size < value < np.inf:
+            yield f"{words} {value:.3g}"
 
 
 MOVED = {"largest slip": "largest slip", "dissipated energy": "dissipated energy"}
