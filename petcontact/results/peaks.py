@@ -99,7 +99,7 @@ def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
     tops, above = list[StressPeak | None](), -np.inf
     for on in (True, False):
         of_kind = (each for each in peaks if bool(each[0].part) == on)
-        largest = max(of_kind, key=lambda found: found[0].value, default=None)
+        largest = max(of_kind, key=lambda each: each[0].value, default=None)
         tops.append(largest and largest[1].top(key, largest[0], above))
         above = (1.0 + MORE) * tops[0].value if tops[0] else above
     unbounded = {

@@ -89,8 +89,8 @@ def stress_change(
     panels, which are extrapolated to their corners, how much it varies in the element.
     """
     now, count = near.values, near.count
-    other, element = _stress_at(coarser, number, near.x, near.parts)
-    change = np.abs(now - other)
+    before, element = _stress_at(coarser, number, near.x, near.parts)
+    change = np.abs(now - before)
     if np.isnan(change[:count]).all():
         return np.nan
     if number.part:

@@ -52,13 +52,14 @@ class PanelSlopes:
         degrees = range(int(mesh.order.max()) + 2)
         self._exponents = np.array([(a, total - a) for total in degrees for a in range(total + 1)])
         shape = mesh.n_elements, len(self._exponents), 3 * self._values.shape[1]
-        self._fit, self._known = np.zeros(shape), np.zeros((2, mesh.n_elements), dtype=bool)
+        self._fit = np.zeros(shape)
+        self._asked, self._has_fit = np.zeros((2, mesh.n_elements), dtype=bool)
 
     def at(self, element: Index, place: Array) -> Array:
         """See `Slopes.at`."""
         self._fit_to(np.unique(element))
         result = self._own(element, place)
-        rows = np.flatnonzero(self._known[1, element])
+        rows = np.flatnonzero(self._has_fit[element])
         element, place = element[rows], place[rows]
         local = self._local(element, points_at(self._mesh, element, place)[0][:, None])[:, 0]
         fitted = np.einsum("qj,qjg->qg", _powers(local, self._exponents), self._fit[element])
@@ -68,8 +69,8 @@ class PanelSlopes:
 
     def _fit_to(self, asked: Index) -> None:
         """Fit polynomials to the samples around those panels that have none yet."""
-        mesh, asked = self._mesh, asked[~self._known[0, asked]]
-        self._known[0, asked] = True
+        mesh, asked = self._mesh, asked[~self._asked[asked]]
+        self._asked[asked] = True
         groups = np.column_stack([mesh.part, self._label, mesh.order, self._level])
         for part, label, order, level in np.unique(groups[asked], axis=0).tolist():
             samples = np.flatnonzero(
@@ -156,7 +157,7 @@ class PanelSlopes:
         determined &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED[degree]
         nodal = self._sample[near].reshape(*near.shape, -1)
         self._fit[panels, : len(exponents)] = np.where(determined[:, None, None], fit @ nodal, 0.0)
-        self._known[1, panels] = determined
+        self._has_fit[panels] = determined
         return panels[~determined]
 
     def _local(self, element: Index, x: Array) -> Array:
