@@ -86,8 +86,7 @@ def stress_peaks(solution: Evaluated, ends: Sequence[StepResult] | None = None) 
     after some increments, by default the ends of steps."""
     # numbers of an altered file, or of a solve that failed, may overflow
     with np.errstate(all="ignore"):
-        if ends is None:
-            ends = step_ends(solution.steps or solution.tried)
+        ends = step_ends(solution.steps or solution.tried) if ends is None else ends
         samples = [_Samples(solution, body, step) for step in ends for body in solution.meshes]
         by_name = {name: _largest(samples, key) for name, key in QUANTITIES.items()}
     return {name: peaks for name, peaks in by_name.items() if peaks != Peaks(None, None, [])}

@@ -91,10 +91,10 @@ def _unbounded(solution: Evaluated, step: StepResult) -> dict[str, list[Unbounde
     places: dict[str, list[Unbounded]] = {name: [] for name in solution.meshes}
     bodies = {name: _Body(solution, name, step) for name in solution.meshes}
     at_corners = (each for body in bodies.values() for each in body.singular(bodies))
-    forces, pressing = _point_forces(solution, step), _pressing(solution, step)
     points = (
         (name, Unbounded(np.array([x, x]), elements, sides, bodies[name].reach(x)))
-        for name, x, elements, sides in itertools.chain(forces, pressing)
+        for points_of in (_point_forces, _pressing)
+        for name, x, elements, sides in points_of(solution, step)
     )
     for name, place in itertools.chain(at_corners, points):
         places[name].append(place)
