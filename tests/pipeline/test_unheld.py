@@ -34,6 +34,16 @@ def solved(data, **more):
     return solve(problem(**{**data, **more}))
 
 
+def test_bodies_of_which_none_is_held_are_not_the_fault_of_the_first():
+    small = {"material": elastic(1.0, 0.3), "mesh": {"element_size": 0.5}}
+    upper = solid("upper", rectangle([0, 1], [1, 2]), drawn("top", [0.0, -1e-3]), **small)
+    lower = solid("lower", rectangle([0, 0], [1, 1]), drawn("bottom", [0.0, 0.0]), **small)
+    joined = touching("pair", "upper.bottom", "lower.top")
+    assert (
+        "nothing has a displacement" in solved({"body": [upper, lower], "contact": [joined]}).reason
+    )
+
+
 @pytest.mark.parametrize(
     ("load", "way", "increments"),
     [

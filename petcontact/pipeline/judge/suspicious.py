@@ -43,7 +43,8 @@ def _strains(solution: Solution) -> list[Finding]:
         )
         if strain > limit_of("strain"):
             text = f"body {body.name!r} is strained by {strain:.0%}: strains are taken to be small"
-            advice = "check the units of loads and moduli"
+            plane = ", and that forces are per thickness" * (mesh.weight_power == 1)
+            advice = f"check the units of loads and moduli{plane}"
             findings.append(new_finding("strain", text, advice=advice, measured=strain))
         if SOLVED < strain < limit_of("tiny strain"):
             text = f"body {body.name!r} is strained by {strain:.1e} only"

@@ -186,9 +186,17 @@ def unheld(increment: Increment, where: str = "") -> str:
     if push is None:
         return ""
     name, way = _pushed(increment, push)
+    system = increment.problem.system
+    held = any(body.modes.shape[2] < system.motions.count for body in system.bodies)
+    grounded = any(face.primary is None for face in system.interfaces)
+    advice = (
+        "give it a displacement or friction, or press it on its contact"
+        if held or grounded
+        else "nothing has a displacement: give one to the body that carries the others"
+    )
     return (
         f"no equilibrium{where}: {name} cannot be held: the load {way} beyond what contact and "
-        "friction allow; give it a displacement or friction, or press it on its contact"
+        f"friction allow; {advice}"
     )
 
 
