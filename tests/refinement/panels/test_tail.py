@@ -12,7 +12,7 @@ from petcontact.mesh.panelling import box_mesh
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.model.solver_options import MeshOptions
 from petcontact.refinement.panels.sides import Sides
-from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail
+from petcontact.refinement.panels.tail import MARGIN, RIM, Tails, rim_distance, tail
 
 BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
 
@@ -63,3 +63,14 @@ def test_pressure_beyond_sides_at_which_contact_ends():
     # beside an edge that presses p grows towards the side
     rising = np.where(closed, 1.0 / np.sqrt(0.51 - np.minimum(x, 0.5)), 0.0)
     assert not sides.missed_squares(rising, closed, faced).any()
+
+
+def test_last_two_degrees_count_where_contact_ends_within_an_element():
+    """x² on panels of order 3 has no last degree; each has the P_2 of the test above."""
+    mesh = box_mesh(BOX, lambda part: 0.25, 3, 1.0)
+    nodes = mesh.nodes_of("top")
+    x, faced = mesh.x[nodes, 0], np.ones(len(nodes), dtype=bool)
+    found = Tails(mesh, nodes).pressure_errors(x**2, x > 0.6, faced)
+    ends, away = (x > 0.5) & (x < 0.75), inner(mesh, nodes)
+    assert found[ends & away] == pytest.approx(0.125**2 * 2.0 / 3.0 / np.sqrt(5.0))
+    assert found[~ends & away] == pytest.approx(0.0, abs=1e-12)
