@@ -96,7 +96,8 @@ def field_at(
     """Return displacement (m, d) and stress (m, d(d+1)/2) at points, from u and traction (n, d) of
     one state.
 
-    See `InteriorField`.
+    The integrals over elements are exact at every distance, so that both are as accurate as the
+    boundary data and their slopes, also close to the boundary (`InteriorField`).
     """
     field = InteriorField(mesh, u[..., None], traction[..., None], material).at(points, progress)
     return field[0][..., 0], field[1][..., 0]

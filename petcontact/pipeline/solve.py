@@ -46,7 +46,8 @@ def solve(
         A rule of your own for the projection method: any object with `update(rho, balance)`.
     law : ContactLaw, or callable, optional
         A law of your own in place of friction_bound and friction_coefficient: an object for the
-        contact nodes as they are, or a function from `ContactNodes` to one.
+        contact nodes as they are, or a function of these nodes (x, normal, weight, pairs, law) to
+        one.
     petsc_options : mapping, optional
         Over the problem's `[petsc]` table, for example ``{"ksp_type": "gmres"}``.
     comm : PETSc.Comm, optional
@@ -55,9 +56,10 @@ def solve(
         Called with the state so far after each iteration, whose `where` says step and load factor;
         a reason that it returns ends the solve there.
     announce : callable, optional
-        As in `prepare`.
+        Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes before
+        these are spent; what it returns is called with the share that is built of an H-matrix.
     reached : callable, optional
-        As in `adapt`.
+        Called with each finished mesh of an adaptive solve and its estimate.
 
     Returns
     -------

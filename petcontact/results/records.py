@@ -94,8 +94,8 @@ class PairResult:
 
     @property
     def pressure_error(self) -> Array | None:
-        """Estimated error (m,) of p, rms over each element (`panels.tail`); None in files before it
-        was known [stress]."""
+        """Estimated error (m,) of p, rms over each element, from the highest degree of its
+        polynomial; None in files before it was known [stress]."""
         return self._errors[0]
 
     @property

@@ -214,13 +214,13 @@ def adapt(
     Parameters
     ----------
     problem : Problem
-        In the plane only `graded_points` of the `[mesh]` tables counts. In space these tables make
-        the first mesh. Semismooth Newton solves on all meshes. Another method of the problem then
+        In 2D only `graded_points` of the `[mesh]` tables counts. In 3D these tables make the first
+        mesh. Semismooth Newton solves on all meshes. Another method of the problem then
         solves on the last mesh.
     accuracy : float, optional
         Wanted relative L2 error on the contact [-]. For one body in bilateral contact it is the
         error of u_t; the default is the smallest `mesh.accuracy`, or 1e-4. Else it is that of p and
-        q at the ends of all steps; the default is 1e-2, in space 2e-2.
+        q at the ends of all steps; the default is 1e-2, in 3D 2e-2.
     method, rule, law
         As in `solve`.
     comm : PETSc.Comm, optional
@@ -229,7 +229,7 @@ def adapt(
         Called with the state after each iteration of each solve. If it returns a reason, the solve
         ends.
     announce : callable, optional
-        As in `prepare`, on each mesh.
+        As in `solve`, on each mesh.
     reached : callable, optional
         Called with each finished mesh and its estimate.
 

@@ -54,7 +54,7 @@ def plot_all(
     names : collection of str, optional
         Those that are wanted, of "deformed", "normal", ...
     view : View, optional
-        Of the bodies, from `view_of`; by default the one that suits each figure.
+        Magnification and direction in which bodies are drawn; by default what suits each figure.
 
     Returns
     -------

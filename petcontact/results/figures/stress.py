@@ -82,7 +82,7 @@ def deformed_figure(
     field : Field, or dict of Field by body, optional
         In the plane, from `field_on_grid`, where it is there already.
     quantity : str
-        See `body_fields.quantities`.
+        von_mises, principal_1, ..., sigma_xx, ..., u, ux, ...
     bodies : names, optional
         Those that are coloured.
     window : two (2,) arrays, optional

@@ -55,7 +55,7 @@ def write_boundary_vtu(
     Point data: displacement, traction, stress, von_mises; in the plane also normal, sigma_n,
     sigma_t (along the tangent, the normal turned by +90°; with torsion also sigma_theta),
     friction_bound (0 off the contact) and arc_length. Cell data: the number of the part,
-    traction_error, estimated (`panels.tail`), and
+    traction_error (estimated from the highest degrees of the polynomials), and
     contact (-1 elsewhere, 0 stick, 1 slip, 2 open; of a panel the largest of its nodes). Shear
     between the nodes of a contact element is cut at the bound, which a polynomial may pass there.
     Names of parts, states and units are those of the arrays of the field data (ParaView's
@@ -70,7 +70,7 @@ def write_boundary_vtu(
         is.
     step : StepResult, optional
     degrees : float, optional
-        By which a half section is turned about its axis, see `revolve.revolved`.
+        Angle by which a half section is turned about its axis, up to 360.
 
     Raises
     ------

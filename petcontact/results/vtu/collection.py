@@ -38,7 +38,7 @@ def write_collection(
     window : two (d,) arrays, optional
         Corners of the box that is filled; bodies outside of it are left out.
     degrees : float, optional
-        By which half sections are turned about their axis, see `revolve.revolved`.
+        Angle by which half sections are turned about their axis, up to 360.
 
     Returns
     -------

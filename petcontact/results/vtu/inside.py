@@ -42,7 +42,7 @@ def write_vtu(
     units : Units, optional
         Named in the file's field data.
     degrees : float, optional
-        By which a half section is turned about its axis, see `revolve.revolved`.
+        Angle by which a half section is turned about its axis, up to 360.
 
     Raises
     ------
