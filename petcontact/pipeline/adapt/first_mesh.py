@@ -21,7 +21,7 @@ from ...refinement.panels.axes import sides
 from ...refinement.panels.data_lines import with_data_lines
 from ...refinement.panels.marks import LONGER, facing
 from ...refinement.panels.quartering import cut
-from ..judge.meshes import STIFF
+from ..judge.meshes import stiff_size
 from ..judge.thickness import SHARE, held_nodes, slenderness
 from ..pose.interfaces import body_alone
 
@@ -32,7 +32,7 @@ ROUND = 16
 FIRST_SHARE = 0.5
 """Share of the nodes of the budget that the first mesh of a thin body may have."""
 MULTIPLES = (1.0, 1.5, 2.0, 2.5)
-"""Allowed panel sizes over `STIFF` times the thickness [-]. At 1, bending is wrong by a tenth;
+"""Allowed panel sizes over `stiff_size` times the thickness [-]. At 1, bending is wrong by a tenth;
 beyond the last one, bending is not solved at all."""
 
 
@@ -130,7 +130,7 @@ def _first_sizes(boundary: Any, body: Body, touching: list[str]) -> dict[str, An
 @_first_sizes.register
 def _(boundary: BoxSurface, body: Body, touching: list[str]) -> dict[str, Any]:
     extent = boundary.upper - boundary.lower
-    longest = STIFF[0] * float(extent.min())
+    longest = float(stiff_size(1) * extent.min())
     area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
     sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
     size = min(longest, 2.0 * min(sizes.values()))
@@ -156,7 +156,7 @@ def thick_enough(
         share `FIRST_SHARE` of them. If the largest one needs more than all nodes, the mesh is left
         as it is.
     """
-    ratio, count = slenderness(mesh) / np.array(STIFF)[mesh.order], np.bincount(mesh.element)
+    ratio, count = slenderness(mesh) / stiff_size(mesh.order), np.bincount(mesh.element)
     needed = [float(count @ np.maximum(1.0, ratio / m) ** 2) for m in MULTIPLES]
     multiple = next(
         (m for m, number in zip(MULTIPLES, needed, strict=True) if number <= FIRST_SHARE * nodes),
@@ -194,7 +194,7 @@ def slender(mesh: SurfaceMesh, multiple: float) -> Mask:
     surface.
     """
     over, area = (
-        slenderness(mesh) > multiple * np.array(STIFF)[mesh.order],
+        slenderness(mesh) > multiple * stiff_size(mesh.order),
         np.bincount(mesh.element, mesh.weight),
     )
     return np.repeat(over & bool(area[over].sum() > SHARE * area.sum()), 2).reshape(-1, 2)

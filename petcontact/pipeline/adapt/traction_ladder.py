@@ -17,7 +17,7 @@ from ...mesh.curve_mesh import as_curve
 from ...model.loaded_body import LoadedBody
 from ...model.loads import NO_LOADS
 from ...model.problem import Body, Problem
-from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
+from ...refinement.contact_edges import FITTED, Edge, is_apart, merged, zone_at
 from ...refinement.known_data import SideData, fields
 from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import FINER, FINEST, UNSEEN, GradedOutline, LevelMesh
@@ -30,9 +30,6 @@ from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
 from .strategy import Strategy
 
-FEW = 8
-"""Number of closed nodes of a contact below which its edges are determined again on the same
-level."""
 PUNCH = 0.5
 """Exponent of displacements where a corner presses on a side, as for a rigid frictionless punch on
 a half-plane [-]."""
@@ -162,10 +159,10 @@ class Tractions(Strategy):
         before. Such solutions are not compared.
         """
         before, self._closed = self._closed, closed_nodes(solution)
-        if before == FEW:
+        if before == FITTED:
             self._apart = difference(self._last[-1], solution, self._places)
             self.differences.append(self._apart.inside)
-        again = before < self._closed < FEW
+        again = before < self._closed < FITTED
         self._last, self._level = [solution], level
         if not again:
             self._bodies = {
@@ -257,13 +254,14 @@ def edges_of_steps(
 
 
 def closed_nodes(solution: Solution) -> int:
-    """Return the least number of closed nodes of a contact that is open elsewhere, at most `FEW`.
+    """Return the least number of closed nodes of a contact that is open elsewhere, at most
+    `FITTED`.
 
-    The edges of a contact of fewer nodes are guesses.
+    The edges of a contact of fewer nodes are guesses: no line is fitted to them.
     """
     states = [pair.state for end in step_ends(solution.steps) for pair in end.pairs.values()]
     closed = [np.count_nonzero(state != OPEN) for state in states if np.any(state == OPEN)]
-    return min([FEW, *filter(None, closed)])
+    return min([FITTED, *filter(None, closed)])
 
 
 def warm_start(before: Solution, discrete: Discrete) -> Start:

@@ -12,7 +12,7 @@ from ...results.report import Finding
 from ...round_off import WRITTEN
 from ..judge.findings import new_finding
 from .hulls import forces_at_corners
-from .increment import Increment, amplitudes
+from .increment import Increment
 
 MOTIONS = {
     (2, 2): ("along x", "along y"),
@@ -24,9 +24,6 @@ MOTIONS = {
     ),
 }
 """Names of an obstacle's motions, by the number of displacement components and of motions."""
-FAR_OFF = 1e3
-"""Rigid motion over the displacement that loads and tractions cause, above which a body is not held
-[-]."""
 
 
 def is_unbalanced(increment: Increment) -> bool:
@@ -146,8 +143,6 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if system.modes is not None and defect > problem.discrete.problem.method.tolerance:
         push = system.modes.unbalanced(outcome.sigma)
     if push is None:
-        push = _run_away(increment, outcome)
-    if push is None:
         return f"{outcome.reason}{where}"
     name, way = _pushed(increment, push)
     if unbalanced_load(system.modes, problem.discrete.law) is not None:
@@ -197,24 +192,6 @@ def unheld(increment: Increment, where: str = "") -> str:
     return (
         f"no equilibrium{where}: {name} cannot be held: the load {way} beyond what contact and "
         f"friction allow; {advice}"
-    )
-
-
-def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
-    """Return the motions (r,) with which a failed method ended, or None.
-
-    It is None unless they exceed FAR_OFF times the displacement that loads and tractions cause.
-    """
-    motion, system = amplitudes(increment.system, outcome), increment.system
-    if system.modes is None or not np.all(np.isfinite(motion)):
-        return None
-    strained = max(
-        np.abs(system.u_0).max(initial=0.0), np.abs(system.apply(outcome.sigma)).max(initial=0.0)
-    )
-    return (
-        motion
-        if np.abs(system.modes.motion @ motion).max(initial=0.0) > FAR_OFF * strained
-        else None
     )
 
 

@@ -196,7 +196,8 @@ class _Sides:
         if m not in self._ends:
             return
         for first, second in ((a, b), (b, a)):
-            point = on_side(*self.position[[first, m, second]], 0.25)
+            start, middle, stop = self.position[[first, m, second]]
+            point = on_side(start, middle, stop, 0.25)
             hanging = self._middle.get(frozenset((first, m)))
             if hanging is None:  # several shorter sides may hang there
                 apart, near = self._tree.query(point)
