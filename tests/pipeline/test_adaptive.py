@@ -12,8 +12,9 @@ from contact_lines import line_of
 from examples import example
 from shapes import elastic, problem, rectangle, solid, touching
 
-from petcontact import Polygon, adapt
+from petcontact import InputError, Polygon, adapt
 from petcontact.mesh.hp_grading import Grading, graded_mesh
+from petcontact.pipeline.adapt.level_solver import LevelSolver
 from petcontact.pipeline.adapt.slip_ladder import (
     Slip,
     estimated_error,
@@ -75,6 +76,20 @@ def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
     place = float(re.search(r"differ most on 'bottom' at s = ([\d.]+)", solution.reason)[1])
     assert min(abs(place - at) for at in TRANSITIONS[1]) < 0.5
     assert "1e-05 was wanted" in " ".join(solution.verdict().split())
+
+
+def test_a_mesh_that_is_too_large_leaves_the_one_before(comm, monkeypatch):
+    made, solved = [], LevelSolver.solved
+
+    def limited(*words):
+        made.append(words)
+        if len(made) == 2:
+            raise InputError("mesh: too large")
+        return solved(*words)
+
+    monkeypatch.setattr(LevelSolver, "solved", limited)
+    solution = adapt(example(1, **NEWTON), 1e-4, comm=comm)
+    assert solution.reason.endswith("mesh: too large (on the mesh after the last)")
 
 
 def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):

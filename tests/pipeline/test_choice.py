@@ -48,6 +48,17 @@ def test_the_cheaper_operator_is_taken(geometry, mesh, compressed):
     assert choice.compression_of(Bem(mat_type="dense"), made) is None
 
 
+@pytest.mark.parametrize(
+    ("height", "size", "seconds", "memory"), [(0.02, 0.02, 8.2, 0.19e9), (0.01, 0.01, 68.0, 0.7e9)]
+)
+def test_the_sides_of_a_strip_cost_what_was_measured(height, size, seconds, memory):
+    """They see each other all along, though equal stretches share the blocks of each."""
+    made = mesh_outline(box(4, height).outline(), MeshOptions(element_size=size, order=2))
+    curves = choice.COMPRESSIONS["hodlr"]
+    assert seconds / 1.5 < curves.exact_seconds(Bem(), made) < 1.5 * seconds
+    assert memory / 1.5 < curves.memory(made, 0) < 1.5 * memory
+
+
 GRADED = example(1, mesh=MeshOptions(order=3, grading=0.5, levels=30), name="semismooth-newton")
 
 

@@ -147,7 +147,7 @@ def test_overlap_is_found_whatever_the_law():
         assert "surfaces overlap by" in solve(posed, law=law, method=lazy).reason
 
 
-@pytest.mark.parametrize(("width", "height"), [(1e6, 1.0), (1.0, 1e10)])
+@pytest.mark.parametrize(("width", "height"), [(1e6, 1.0), (1.0, 1e6)])
 def test_thin_bodies_are_refused(width, height):
     with pytest.raises(InputError, match=r"times as large as the body is thick|has no length"):
         solve(loaded(width, height, max(width, height) / 40.0, 1))

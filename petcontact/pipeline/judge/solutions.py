@@ -93,23 +93,23 @@ def _oblique(discrete: Discrete, results: list[StepResult]) -> list[Finding]:
     """
     findings = []
     for posed, interface in zip(discrete.sides, discrete.interfaces, strict=True):
-        if posed.direction is None:
+        if posed.direction is None or not results:
             continue
-        sine, worst = _sines_off(discrete, posed.direction, interface), (0.0, 0.0)
-        for pair in (result.pairs[posed.name] for result in results):
-            along, acting = pair.pressure[:, None] * sine[:, None], pair.pressure[:, None]
-            size = contact_norm(acting, pair.weight) or 1.0
-            largest = float(sine[pair.state != OPEN].max(initial=0.0))
-            worst = max(worst, (contact_norm(along, pair.weight) / size, largest))
-        if worst[0] > limit_of("oblique"):
+        sine = _sines_off(discrete, posed.direction, interface)
+        pairs = (result.pairs[posed.name] for result in results)
+        pair = max(pairs, key=lambda pair: float(pair.pressure.max(initial=0.0)))
+        along, pressure = (sine * pair.pressure)[:, None], pair.pressure[:, None]
+        share = contact_norm(along, pair.weight) / (contact_norm(pressure, pair.weight) or 1.0)
+        if share > limit_of("oblique"):
+            largest = math.asin(min(float(sine[pair.state != OPEN].max()), 1.0))
             text = (
-                f"its direction is up to {math.degrees(math.asin(min(worst[1], 1.0))):.0f} degrees "
-                f"off the normals where it acts: {worst[0]:.0%} of the pressure acts along the "
-                "surfaces, where stress is about as far off"
+                f"its direction is up to {math.degrees(largest):.0f} degrees off the normals where "
+                f"it acts: {share:.0%} of the pressure acts along the surfaces, where stress is "
+                "about as far off"
             )
             advice = "leave direction out, so that contact acts along normals"
             where = f"pair {posed.name!r}"
-            findings.append(new_finding("oblique", text, where, advice=advice, measured=worst[0]))
+            findings.append(new_finding("oblique", text, where, advice=advice, measured=share))
     return findings
 
 
@@ -229,13 +229,12 @@ def _open(results: list[StepResult]) -> list[Finding]:
     gaps = {
         name: pair.gap[np.isfinite(pair.gap)].min(initial=np.inf) for name, pair in pairs.items()
     }
-    apart = "; ".join(f"pair {name!r} {_distance(gap)}" for name, gap in gaps.items())
+    apart = "; ".join(f"pair {name!r} {_distance(float(gap))}" for name, gap in gaps.items())
     advice = "check gaps, and the directions of loads and displacements"
     return [new_finding("no contact", f"no contact anywhere ({apart})", advice=advice)]
 
 
-def _distance(gaps: Array) -> str:
-    gap = gaps[np.isfinite(gaps)].min(initial=np.inf)
+def _distance(gap: float) -> str:
     if np.isinf(gap):
         return "faces nothing"
     return f"lies {gap:.3g} apart" if gap > 0.0 else "touches without pressure"
