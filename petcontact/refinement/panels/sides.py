@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...linalg.nearest import nearest
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...round_off import TINY
+from ...round_off import SINGLE, TINY
 
 
 class Sides:
@@ -46,8 +46,9 @@ class Sides:
 
         By the edge of contact p² is proportional to the distance from it. The line through p² of an
         element shows where p ends; the integral of p² beyond the side is the squared error. It is
-        taken no farther than to the next node, which is open. Where p² grows towards the side it
-        has no bound there, and nothing is missed.
+        taken no farther than to the next node, which is open. Where p² is the same at all nodes the
+        edge may be anywhere up to there. Where p² grows towards the side it has no bound there, and
+        nothing is missed.
 
         Parameters
         ----------
@@ -70,8 +71,8 @@ class Sides:
                 continue
             root = np.sqrt(self._weight[rows])
             slope, left = np.polyfit(from_side @ outward, pressure[rows] ** 2, 1, w=root)
-            if slope < 0.0 < left:
-                width = min(-left / slope, reach)
+            if left > 0.0 and slope * reach < SINGLE * left:
+                width = reach if slope * reach > -left else -left / slope
                 missed = (left + 0.5 * slope * width) * width * self._length[side]
                 result[self._element[side]] += missed
         return result

@@ -30,8 +30,6 @@ coefficients fall slowly."""
 FADE = 0.02
 """Share of a part next to its rim, or next to other points with infinite tractions, over which
 errors fade out [-]."""
-FEW = 6
-"""Number of elements with pressure below which its shape is not resolved."""
 
 
 def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
@@ -126,22 +124,14 @@ class Tails:
 
         It is `errors` and what p misses beyond sides at which contact ends. Where contact ends
         within an element p is a root, which no order above 2 follows better: the error is at least
-        the last two degrees there, since the last one alone may vanish. On a small contact that
-        ends on the part the error is at least a share of p. A contact is small if it covers less
-        than `FEW` elements. The share is 1 on one element and 1/2 on three. `opened` are the open
-        nodes (m,), `faced` those that face something. A contact inside one element of order 1 may
-        have equal p at all of its nodes, and no tail.
+        the last two degrees there, since the last one alone may vanish. `opened` are the open nodes
+        (m,), `faced` those that face something.
         """
         element, missed = self._element, self._sides.missed_squares(pressure, ~opened, faced)
         ends = np.bincount(element, opened) * np.bincount(element, ~opened) > 0.0
         least = np.where(ends & (self._order > 2), self.left(pressure[:, None], 2), 0.0)
         error = np.maximum(self.errors(pressure[:, None]), least[element])
         error = np.hypot(error, np.sqrt(missed / self._area)[element])
-        loaded = np.count_nonzero(np.bincount(element[pressure > 0.0]))
-        if opened.any() and 0 < loaded < FEW:
-            total = np.bincount(element, self._weight * pressure**2)[element]
-            mean = np.sqrt(total / np.bincount(element, self._weight)[element])
-            return np.maximum(error, min(1.0, 1.5 / loaded) * mean)
         return np.asarray(error)
 
     @functools.cached_property

@@ -60,6 +60,9 @@ def test_pressure_beyond_sides_at_which_contact_ends():
     pressure = np.sqrt(np.where(closed, 0.52 - x, 0.0))
     assert sides.missed_squares(pressure, closed, faced).sum() == pytest.approx(0.02**2)
     assert not sides.missed_squares(pressure, closed, ~faced).any()
+    # an equal p may go on to the next nodes, those of Gauss in the next panels
+    first = 0.125 * (1.0 - np.sqrt(0.6))
+    assert sides.missed_squares(1.0 * closed, closed, faced).sum() == pytest.approx(2.0 * first)
     # beside an edge that presses p grows towards the side
     rising = np.where(closed, 1.0 / np.sqrt(0.51 - np.minimum(x, 0.5)), 0.0)
     assert not sides.missed_squares(rising, closed, faced).any()
