@@ -110,7 +110,8 @@ def _watch(reader: int, over: threading.Event) -> None:
     while number and not over.wait(0.1):
         if time.monotonic() > late and not _deferring:
             try:
-                end = Interrupted(number[0], *([_rescue()] if _rescue else []))
+                saved = _rescue() if _rescue else "what was under way is lost"
+                end = Interrupted(number[0], saved)
                 print(f"petcontact: interrupted by {end}", file=sys.stderr, flush=True)
             finally:
                 os._exit(128 + number[0])
