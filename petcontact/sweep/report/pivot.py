@@ -93,7 +93,11 @@ def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
     if named := names_in(words):
         return named
     compared = {*Method.model_fields} & {*table.coordinates}
-    return (ITERATIONS,) if compared or not {*OF_CONTACT} <= {*table.columns} else OF_CONTACT
+    if compared or not {*OF_CONTACT} <= {*table.columns}:
+        return (ITERATIONS,)
+    trust = [name for name in ("estimated_error", "warnings") if name in table.columns]
+    known = [name for name in trust if np.isfinite(table.numbers(name)).any()]
+    return (*OF_CONTACT, *known)
 
 
 class Facts:

@@ -256,10 +256,11 @@ def test_a_study_of_loads_and_materials_is_asked_about_its_contact():
     rows = [
         {"id": f"c{k}", "problem": "p", "mu": mu, "status": "converged", "iterations": 5}
         | {"published": None, "reason": "", **dict.fromkeys(OF_CONTACT, 10.0 * mu)}
+        | {"estimated_error": None, "warnings": k}
         for k, mu in enumerate((0.1, 0.3))
     ]
     study = CaseTable("t", ["problem", "mu"], columns_of(rows), Path())
-    assert asked_about(study) == OF_CONTACT
+    assert asked_about(study) == (*OF_CONTACT, "warnings")  # on fixed meshes no error is known
     (one,) = make_tables(study, quantities=asked_about(study))
     assert one.title == "p" and one.row_names == ("mu",) and not one.means
     assert one.text((0.3,), ("contact_area",)) == "3"
