@@ -32,8 +32,6 @@ MOST_NODES = 2000
 dense solve, and a step on H-matrices less than their assembly. The program is then solved first,
 else only after a failure, and the error of the path is estimated. A joint solve always costs
 more than the program."""
-ROOM = 0.3
-"""Path error, over the one allowed, up to which "auto" takes an increment twice as large next."""
 LEAST = 1e-3
 """Smallest share of a step that is told apart: before contact begins it becomes an increment of its
 own, and what can be held of a load is known to it."""
@@ -185,11 +183,10 @@ class _Shares:
         return True
 
     def reach(self) -> None:
-        """Go on from the end of the next increment; the one after it is larger where halves do not
-        forbid it, and does not go where nothing stopped a body."""
+        """Go on from the end of the next increment; the one after it is larger, but does not go
+        where nothing stopped a body."""
         self.reached, self.known = self.target, self.known[1:]
-        if self.halves is None or self.halves.error <= ROOM:
-            self.size = min(self.whole, 2.0 * self.size)
+        self.size = min(self.whole, 2.0 * self.size)
         least = self.whole * 0.5**HALVINGS
         self.size = min(self.size, max(0.5 * (self.lost - self.reached), least))
 
