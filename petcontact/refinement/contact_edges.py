@@ -20,7 +20,9 @@ SPECK = 4e-3
 """Width over that of all contact, below which zones have no edges of their own on coarse meshes
 [-]."""
 SEEN = 5.0
-"""Number of smallest elements in a zone from which it has edges on finer meshes."""
+"""Number of smallest elements in a zone from which it has edges on finer meshes. Without it true
+errors of 20 random contacts (scripts/verify_random --contact --seed 7 --first 100) were up to 0.6
+times the reported ones, not up to 0.45 times."""
 SKIPPED, FITTED = 2, 6
 """Nodes next to an edge that are left out (`SKIPPED`), and up to which the line is fitted to the
 others (`FITTED`). A contact of fewer nodes is solved again on its level: without that light discs

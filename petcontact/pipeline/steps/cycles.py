@@ -20,11 +20,14 @@ from .increment import Increment, IncrementState, Monitor, PreparedProblem
 from .wear import Earlier, Tried, with_wear, worn
 
 GROWTH = 2.0
-"""Largest ratio of a jump to the one before it."""
+"""Largest ratio of a jump to the one before it. Without it worn depths of one of three random tools
+(scripts/verify_paths --seed 11, cycles with jumps "auto") were off by 0.19, not by 0.14."""
 AIM = 0.8
-"""Change of p that a jump aims at, over the tolerance."""
+"""Change of p that a jump aims at, over the tolerance. With 1 worn depths of one of these tools
+were off by 0.16, not by 0.07."""
 GONE = 1e-2
-"""Pressure, relative to the largest so far, below which the wear that it causes does not count."""
+"""Pressure, relative to the largest so far, below which the wear that it causes does not count.
+With 0 one of these tools took 24 jumps, not 16."""
 Row = tuple[int, Array, Array]
 """The number of cycles done, and p [stress] and the worn depth [length] at that time, (M,) each."""
 
