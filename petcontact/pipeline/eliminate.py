@@ -26,13 +26,12 @@ from .choice import (
     resolved_bem,
     solve_seconds,
 )
+from .judge.findings import limit_of
 from .pose.discretise import Discrete
 
-ELASTIC_LIMIT = 1e-7
-"""Largest accepted defect of the boundary integral equations, relative to the largest
-displacement."""
 SAFE = 0.1
-"""Of it: compressed operators that come nearer are replaced by dense ones."""
+"""Share of the largest accepted elastic residual above which compressed operators are replaced by
+dense ones."""
 FORMED = 1000
 """Contact unknowns up to which S of a compressed body is formed, where T alone does not find the
 sets of contact."""
@@ -204,7 +203,8 @@ def _by_hodlr(
     shares, alpha = np.ones(len(body.u_0)), np.zeros(body.modes.shape[2])
     even = np.full(body.u_0.shape[1:], float(np.abs(body.data.value).max(initial=0.0)) or 1.0)
     u, traction = body.boundary(shares, even, alpha)
-    return body if body.residual(shares, u, traction, even, alpha) <= SAFE * ELASTIC_LIMIT else None
+    residual = body.residual(shares, u, traction, even, alpha)
+    return body if residual <= SAFE * limit_of("elastic residual") else None
 
 
 COMPRESSED: dict[str, Callable[..., ElasticBody | None]] = {

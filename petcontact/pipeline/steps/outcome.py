@@ -18,7 +18,6 @@ from ...geometry.rotation import Axial, axial
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ...results.report import Finding
 from ...round_off import HALF
-from ..eliminate import ELASTIC_LIMIT
 from ..judge.findings import judged, limit_of, new_finding
 from ..judge.increments import BLOCKS, imbalance, increment_findings
 from ..judge.overlaps import Overlap, overlaps
@@ -54,7 +53,9 @@ def step_result(
     elastic, unbalanced = (
         _elastic_residuals(increment, outcome, after, fields, moved) if checked else (0.0, 0.0)
     )
-    limit = max([ELASTIC_LIMIT, *(BLOCKS * body.tolerance for body in system.bodies)])
+    limit = max(
+        [limit_of("elastic residual"), *(BLOCKS * body.tolerance for body in system.bodies)]
+    )
     tangential, *normal = natural_residuals(
         discrete.law, increment.system, outcome.v, outcome.sigma, system.slices
     )
