@@ -16,8 +16,9 @@ from ..eliminate import operators_of
 from ..pose.discretise import Discrete
 from ..pose.load_states import later_data
 from .diagnosis import is_unbalanced, unheld
+from .halves import PATH_ERROR
 from .increment import Increment, PreparedProblem
-from .load_steps import LEAST, whole_step
+from .load_steps import whole_step
 
 
 def check_feasible(discrete: Discrete, comm: Any) -> None:
@@ -63,10 +64,10 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
 
 
 def held_share(step: Increment) -> float:
-    """The largest share of a step whose loads contact can hold, within 1e-3: what it can hold is
-    convex."""
+    """The largest share of a step whose loads contact can hold, within `PATH_ERROR`: what it can
+    hold is convex."""
     low, high = 0.0, 1.0
-    while high - low > LEAST:
+    while high - low > PATH_ERROR:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if is_unbalanced(step.ending_at(middle)) else (middle, high)
     return low

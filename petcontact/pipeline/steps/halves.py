@@ -15,7 +15,8 @@ PATH_ERROR = 1e-3
 """Largest change of σ and of w when an increment is halved, relative to their largest values in the
 step so far. A slip is compared with at least this share of what the tractions displace, which is
 not known better than they are. What that leaves at the end of a step is measured by
-scripts/verify_paths."""
+scripts/verify_paths. A smaller share of a step changes less: before contact begins only a larger
+one becomes an increment of its own, and what can be held of a load is known to it."""
 ENERGY_ERROR = 1e-2
 """Largest change of the dissipated energy when an increment is halved, relative to that energy or
 to the work of all tractions on the slip, whichever is larger. Without it energies of 27 random

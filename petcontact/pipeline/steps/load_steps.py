@@ -22,7 +22,7 @@ from ..eliminate import eliminated
 from ..pose.load_states import later_data
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced
-from .halves import Halves, touching
+from .halves import PATH_ERROR, Halves, touching
 from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedProblem
 from .outcome import step_result
 from .wear import Tried, with_wear
@@ -32,9 +32,6 @@ MOST_NODES = 2000
 dense solve, and a step on H-matrices less than their assembly. The program is then solved first,
 else only after a failure, and the error of the path is estimated. A joint solve always costs
 more than the program."""
-LEAST = 1e-3
-"""Smallest share of a step that is told apart: before contact begins it becomes an increment of its
-own, and what can be held of a load is known to it."""
 
 
 def increments(
@@ -134,7 +131,7 @@ class _Shares:
         self.known = [factor for factor in factors if factor > self.reached]
         if self.halves and not self.known:
             first = touching(replace(increment, begun=self.reached))
-            if first > self.reached + LEAST:
+            if first > self.reached + PATH_ERROR:
                 self.known, self.whole = [first], 1.0 - first
         self.size, self.doubt = self.whole, _is_doubtful(increment)
         least = self.whole * 0.5**HALVINGS
