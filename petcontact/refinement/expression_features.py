@@ -25,7 +25,7 @@ CONSTANT = frozenset({"pi", "e", "nx", "ny"})
 """Names that are constant on a straight line."""
 PARTS = 8
 """Parts of the interval around a candidate, of which each round keeps a quarter."""
-MOST = SAMPLES // PARTS
+MOST_FEATURES = SAMPLES // PARTS
 """Largest number of zeros, extrema or candidates of a function, and of elements that resolve it:
 with more it is rough everywhere."""
 NEXT = PARTS * TOLERANCE
@@ -67,7 +67,7 @@ def samples_of(text: str, variables: Variables) -> Array:
         centres = np.concatenate(
             [_zeros(node, variables, samples, values), _turns(samples, values)]
         )
-        centres = centres[:: max(1, len(centres) // MOST)]
+        centres = centres[:: max(1, len(centres) // MOST_FEATURES)]
         # closer centres share samples
         apart = np.abs(centres[:, None] - done) > SMALLEST
         centres = centres[apart.all(axis=1)]
@@ -108,7 +108,7 @@ def kinks(
     if (width < NEXT).any():  # noise of differences of large terms
         size = max(size, NOISE * float(np.median((change * width)[width < NEXT])))
     chosen = _candidates(change, width, size)
-    if not 0 < len(chosen) <= MOST:
+    if not 0 < len(chosen) <= MOST_FEATURES:
         return np.empty(0), np.empty(0)
     low, width = samples[chosen], samples[chosen + 2] - samples[chosen]
     widths, changes = [width], [change[chosen]]
@@ -256,7 +256,7 @@ def _zeros(node: ast.expr, variables: Variables, fractions: Array, values: Array
     sign = np.sign(values)
     cut = np.flatnonzero(sign[1:] * sign[:-1] < 0.0)
     low, high, below = fractions[cut], fractions[cut + 1], sign[cut]
-    if len(cut) > MOST:
+    if len(cut) > MOST_FEATURES:
         return fractions[edges]  # rough everywhere: the samples show that
     for _ in range(60 if len(cut) else 0):
         middle = 0.5 * (low + high)

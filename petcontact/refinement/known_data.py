@@ -22,7 +22,7 @@ from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Body, Condition, Contact, Displacement, Traction
 from ..round_off import SINGLE
-from .expression_features import MOST, SAMPLES, SMOOTH, degree, kinks, samples_of, uniform
+from .expression_features import MOST_FEATURES, SAMPLES, SMOOTH, degree, kinks, samples_of, uniform
 from .levels import REFINEMENT_LEVELS
 
 ORDER = max(level.grading.order for level in REFINEMENT_LEVELS)
@@ -376,7 +376,9 @@ def _resolved(
     while len(start):
         wanted, left = _order_enough(field, start, end, order, tolerance)
         ready = wanted >= 0
-        hopeless: Mask = ~ready & ((end - start < 2.0 * least) | (count + len(start) > MOST))
+        hopeless: Mask = ~ready & (
+            (end - start < 2.0 * least) | (count + len(start) > MOST_FEATURES)
+        )
         if hopeless.any():
             missed = max(missed, float(left[hopeless].max()))
         stays = ready | hopeless
