@@ -17,6 +17,7 @@ import pydantic_core
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
 from .expressions import parse_expression
+from .frozen import Frozen
 from .hints import nearest, number_refused
 from .model_tree import models_at, stands_in
 
@@ -229,21 +230,13 @@ def _default(field: Any, everywhere: bool) -> Any:
     return field.get_default(call_default_factory=True)
 
 
-class Model(pydantic.BaseModel, metaclass=_OneLine):
+class Model(Frozen, metaclass=_OneLine):
     """A frozen input model; unknown keys are errors."""
 
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not _hidden(name)]
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name in type(self).model_fields:
-            raise InputError(
-                f"{name}: a {type(self).__name__} does not change; "
-                f".model_copy(update={{{name!r}: {_shown(value)}}}) returns one that has it"
-            )
-        super().__setattr__(name, value)
 
     @pydantic.model_validator(mode="before")
     @classmethod

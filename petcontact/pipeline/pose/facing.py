@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
+from ...arrays import Array, Index
 from ...compliance.interface import Interface
 from ...errors import InputError
 from ...geometry.rotation import lifted
@@ -16,6 +17,7 @@ from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...refinement.panels.marks import LONGER
+from ...results.numbers import maximum
 from ...results.report import Finding
 from ...round_off import SINGLE, WRITTEN
 from ..judge.findings import new_finding
@@ -107,7 +109,7 @@ def contact_interface(
     else:
         gap = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), f"{side.key}.gap")
     gap = np.where(present, gap, np.inf)
-    smallest = float(gap.min(initial=np.inf))
+    smallest = _smallest(mesh, nodes, gap)
     tangent = mesh.slip_directions(normal)
     if facing is None:
         return (
@@ -138,6 +140,15 @@ def contact_interface(
         smallest,
         findings,
     )
+
+
+def _smallest(mesh: BoundaryMesh, nodes: Index, gap: Array) -> float:
+    """Return the smallest value of a gap (m,) on elements; infinite nodes face nothing [length]."""
+    faced = np.isfinite(gap)
+    if not faced.any():
+        return np.inf
+    above = float(gap[faced].max() + np.ptp(gap[faced]))
+    return above - maximum(mesh, nodes, np.where(faced, above - gap, 0.0))[0]
 
 
 def periodic_interface(loaded: LoadedBody, side: PosedInterface, mesh: BoundaryMesh) -> Interface:

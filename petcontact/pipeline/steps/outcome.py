@@ -326,7 +326,7 @@ def _pair(
         *_on_primary(increment, face, traction),
         None if shares is None else after.worn[where, None] * shares,
         functools.partial(problem.errors[number], pressure, sigma_t, states),
-        float(face.gap.min(initial=np.inf)),
+        problem.discrete.distance[number],
     )
 
 

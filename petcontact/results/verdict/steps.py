@@ -14,7 +14,7 @@ from ...model.summary import value_text
 from ...round_off import WRITTEN
 from ...runtime.terminal import printable
 from ..data import SolutionData
-from ..numbers import Number
+from ..numbers import Number, maximum
 from ..records import PairResult, StepResult, WearHistory
 from .text import WIDTH, place_of, told, unit_of, wrapped
 
@@ -159,7 +159,7 @@ def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[
     shear = {"largest q": "largest q"} if tell.verbose or bonded else {}
     yield list(tell.items(step, name, shear if pulls else pressure | shear))
     slides = (law.friction_coefficient, law.friction_bound) != (None, None)
-    yield [*_area(tell, step, name, slides), *_gaps(tell, step, pair, law)]
+    yield [*_area(tell, step, name, slides), *_gaps(tell, step, name, law)]
     if tell.verbose or (slides and tell.is_told(step, name, MOVED)):
         yield list(tell.items(step, name, MOVED))
     yield list(
@@ -185,14 +185,17 @@ def _area(tell: Teller, step: StepResult, name: str, slides: bool) -> Iterator[s
             yield f"|Q|/(mu N) {used:.3g}"
 
 
-def _gaps(tell: Teller, step: StepResult, pair: PairResult, law: Any) -> Iterator[str]:
+def _gaps(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[str]:
     """The smallest gap or overlap before any load, and the largest gap that is left."""
-    left = float(pair.gap[np.isfinite(pair.gap)].max(initial=0.0))
+    solution, pair = tell.solution, step.pairs[name]
+    mesh, faced = solution.meshes[solution.sides[name][0]], np.isfinite(pair.gap)
+    left = maximum(mesh, solution.nodes[name], np.where(faced, pair.gap, 0.0))[0]
     first = pair.first_gap if step.step == 1 else 0.0
+    unit = unit_of("length", solution.problem.units, 1)
     gaps = {"first gap": first, "first overlap": -first, "largest gap left": left}
     for words, value in gaps.items() if law.normal == "unilateral" else ():
         if WRITTEN * tell.size < value < np.inf:
-            yield f"{words} {value:.3g}"
+            yield f"{words} {value:.3g} {unit}".rstrip()
 
 
 MOVED = {"largest slip": "largest slip", "dissipated energy": "dissipated energy"}
