@@ -191,6 +191,14 @@ class BoundaryMesh(abc.ABC):
         return np.ones(len(x))
 
     @staticmethod
+    def normals_through(x: Array, direction: Array) -> Array:
+        """Return normals of a surface through points (m, d) that face nodes along a direction (d,).
+
+        They need not have length 1. Where nodes have no order the direction is taken for them.
+        """
+        return np.broadcast_to(direction, x.shape)
+
+    @staticmethod
     def with_hoop(stress: Array, across: Array) -> Array:
         """Return the stress (m, d(d+1)/2) with all components.
 

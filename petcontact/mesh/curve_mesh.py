@@ -143,6 +143,12 @@ class CurveMesh(BoundaryMesh):
         middle = self.variables_at(np.arange(self.n_elements), np.full(self.n_elements, 0.5))
         return np.column_stack([middle["x"], middle["y"]]), 0.5 * self.length
 
+    @staticmethod
+    def normals_through(x: Array, direction: Array) -> Array:
+        """As in `BoundaryMesh`, from one point to the next."""
+        steps = np.gradient(x, axis=0)
+        return np.column_stack([steps[:, 1], -steps[:, 0]])
+
     @property
     def kind(self) -> Index:
         """The order of each element, (n_elements,)."""

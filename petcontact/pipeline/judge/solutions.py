@@ -125,13 +125,10 @@ def _sines_off(discrete: Discrete, direction: Array, interface: Interface) -> Ar
     if interface.primary is not None and interface.values is not None:
         opposite = discrete.meshes[interface.primary].smooth_normal[interface.primary_nodes]
         normals.append(interface.values @ opposite)
-    elif mesh.dim == 2:
+    else:
         gap = np.where(np.isfinite(interface.gap), interface.gap, 0.0)
         surface = mesh.x[interface.nodes] + gap[:, None] * direction
-        steps = np.gradient(surface, axis=0)
-        normals.append(np.column_stack([steps[:, 1], -steps[:, 0]]))
-    else:
-        normals.append(np.broadcast_to(direction, normals[0].shape))
+        normals.append(mesh.normals_through(surface, direction))
     sines = [
         lengths(normal - np.outer(normal @ direction, direction))
         / np.maximum(lengths(normal), TINY)
