@@ -52,7 +52,6 @@ RESULTANTS = (
     "moment",
     "dissipated",
     "dissipated_error",
-    "first_gap",
     "force_primary",
     "moment_primary",
 )

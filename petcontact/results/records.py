@@ -54,9 +54,6 @@ class PairResult:
         · length].
     dissipated_error : float
         A bound of its error; nan in files before it was known.
-    first_gap : float
-        The smallest gap before any load, an overlap being negative; infinite where nothing is
-        faced, nan in files before it was known [length].
     errors : callable, optional
         Estimates `pressure_error` and `sigma_t_error` when one of them is asked for.
     force_primary, moment_primary : (d,) array, and float, in space (3,) array, optional
@@ -86,7 +83,6 @@ class PairResult:
     moment_primary: Axial | None = None
     wear: Array | None = None
     errors: Callable[[], tuple[Array, Array]] | None = None
-    first_gap: float = np.nan
 
     @functools.cached_property
     def _errors(self) -> tuple[Array, Array] | tuple[None, None]:

@@ -102,7 +102,8 @@ class Provenance:
     peak_memory : float
         Of all ranks; 0 where it is not known [bytes].
     distance : dict of float by interface
-        The smallest initial distance or gap [length].
+        The smallest gap before any load, an overlap being negative; infinite where nothing is faced
+        [length].
     motions : dict of int by body
         Number of rigid motions that only contact holds.
     """

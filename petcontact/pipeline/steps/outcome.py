@@ -326,7 +326,6 @@ def _pair(
         *_on_primary(increment, face, traction),
         None if shares is None else after.worn[where, None] * shares,
         functools.partial(problem.errors[number], pressure, sigma_t, states),
-        problem.discrete.distance[number],
     )
 
 

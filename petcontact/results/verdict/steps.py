@@ -190,7 +190,7 @@ def _gaps(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[str]:
     solution, pair = tell.solution, step.pairs[name]
     mesh, faced = solution.meshes[solution.sides[name][0]], np.isfinite(pair.gap)
     left = maximum(mesh, solution.nodes[name], np.where(faced, pair.gap, 0.0))[0]
-    first = pair.first_gap if step.step == 1 else 0.0
+    first = solution.provenance.distance.get(name, 0.0) if step.step == 1 else 0.0
     unit = unit_of("length", solution.problem.units, 1)
     gaps = {"first gap": first, "first overlap": -first, "largest gap left": left}
     for words, value in gaps.items() if law.normal == "unilateral" else ():
