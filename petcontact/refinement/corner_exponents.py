@@ -30,10 +30,10 @@ SideKind = str | float
 CLAMPED, FREE, SLIDING = "clamped", "free", math.pi / 2.0
 """Kinds of sides. A number is an angle from the side's direction, away from the corner [rad]. The
 side is held in that direction and has no traction across it; π/2 is the side's normal."""
-LOWEST, HIGHEST = 0.02, 1.0 - 1e-4
-"""Bounds of exponents. Values outside belong to λ = 0, a translation, or to λ = 1, a rotation or a
-uniform stress. Of two sliding sides λ is known exactly; they are one straight side if it is as near
-to 0 as `HIGHEST` is to 1."""
+NEAR = 1e-4
+"""Distance from 0 and 1 within which an exponent is not one of a corner [-]. λ = 0 is a
+translation, λ = 1 a rotation or a uniform stress; of two sliding sides λ = 0 says that they are one
+straight side."""
 
 
 @functools.lru_cache(maxsize=4096)
@@ -52,7 +52,7 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
     if first == second == SLIDING:
         # closed form: the zeros of sin((λ ± 1) angle)
         turns = (abs(k * math.pi / angle - 1.0) for k in range(1, 4))
-        return min([1.0, *(turn for turn in turns if turn > 1.0 - HIGHEST)])
+        return min([1.0, *(turn for turn in turns if turn > NEAR)])
 
     def determinant(power: Complex) -> Complex:
         rows = np.concatenate(
@@ -143,7 +143,7 @@ def _least_root(determinant: Callable[[Complex], Complex]) -> float:
     The function is real on the real line.
     """
     roots = [1.0]
-    grid = np.linspace(LOWEST, HIGHEST, 200)
+    grid = np.linspace(NEAR, 1.0 - NEAR, 200)
     values = determinant(grid.astype(np.complex128)).real
     cut = np.flatnonzero(values[1:] * values[:-1] <= 0.0)
     if len(cut):
@@ -159,12 +159,8 @@ def _least_root(determinant: Callable[[Complex], Complex]) -> float:
             step = -value * HALF / (ahead - value)
             step = np.where(np.abs(step) < 0.2, step, 0.2 * step / np.abs(step))
             power = power + step
-    settled = (
-        (np.abs(step) < 1e-6)
-        & (power.real > LOWEST)
-        & (power.real < HIGHEST)
-        & (np.abs(power.imag) < 3.0)
-    )
+    from_ends = np.minimum(power.real, 1.0 - power.real)
+    settled = (np.abs(step) < 1e-6) & (from_ends > NEAR) & (np.abs(power.imag) < 3.0)
     return float(min(roots + power.real[settled].tolist()))
 
 
