@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,9 +21,6 @@ from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
 from ...round_off import HALF
 
-CLOSER = 5
-"""Points along each direction of the grid around the deepest point of an element. Each grid is half
-as wide as the one before, down to what a minimum is known to (`HALF`)."""
 MOVED = 1e-3
 """Assumed approach over the size of the mesh, where no node shows how far bodies approach [-]."""
 GapAt = Callable[[Index, Array, Array, Array], Array]
@@ -72,9 +70,10 @@ class Sampling:
         `point`).
 
         By default only elements whose nodes are all open are searched, first on a grid. The search
-        then continues around the deepest point if a larger overlap is possible there. It is
-        possible where the overlap varies by enough between neighbouring points of the grid, since
-        both faces are smooth.
+        then continues with the neighbours of the deepest point if a larger overlap is possible
+        there. It is possible where the overlap varies by enough between neighbouring points of the
+        grid, since both faces are smooth. Neighbours come twice as near each time, down to what a
+        minimum is known to (`HALF`).
 
         Parameters
         ----------
@@ -117,15 +116,13 @@ class Sampling:
             room = 2.0 * deepest > worst + within + least
             if not room.any():
                 break
-            around = 2.0 * _grid(CLOSER, share.shape[2]) - 1.0
-            asked, share = (
-                asked[room],
-                np.clip(share[room, best[room], None] + reach * around, 0.0, 1.0),
-            )
+            reach = 0.5 * reach
+            around = reach * np.array([*itertools.product((-1, 0, 1), repeat=share.shape[2])])
+            asked, share = asked[room], np.clip(share[room, best[room], None] + around, 0.0, 1.0)
             values, distance = self._looked_at(
                 np.repeat(asked, len(around)), share.reshape(-1, share.shape[2])
             )
-            over, reach = (values @ closer - distance).reshape(len(asked), -1), 0.5 * reach
+            over = (values @ closer - distance).reshape(len(asked), -1)
             adjacent = np.ones((len(around), len(around)), dtype=bool)
         return worst, position
 
