@@ -140,8 +140,8 @@ def test_a_polynomial_is_not_searched_for_narrow_features():
     ("gap", "off", "count"),
     [
         # a disc has points all around its edge, a strip along both of its lines
-        ("where(x**2 + y**2 < 0.25, 0.01, 0)", lambda x, y: np.hypot(x, y) - 0.5, 200),
-        ("where(abs(x - 0.1) < 0.3, 0, 0.01)", lambda x, y: np.abs(x - 0.1) - 0.3, 256),
+        ("where(x**2 + y**2 < 0.25, 0.01, 0)", lambda x, y: np.hypot(x, y) - 0.5, 150),
+        ("where(abs(x - 0.1) < 0.3, 0, 0.01)", lambda x, y: np.abs(x - 0.1) - 0.3, 200),
         # kinks, and slopes that are steep, are no jumps
         ("abs(x) + sqrt(x**2 + y**2)", None, 0),
         ("tanh(100*(x - y)) + 1e-3*exp(x)", None, 0),

@@ -20,10 +20,8 @@ from ...model.problem import Body
 from ...round_off import SOLVED
 from ..expression_features import degree, kinks, uniform
 from ..known_data import gap_edges, given_data
+from .tail import FADE
 
-ALONG = 128
-"""Number of points along an edge of a gap. They are closer than half of the strip beside it in
-which errors fade out."""
 MOST_LINES = 16
 """Largest number of lines along one axis of a face; data with more lines are rough everywhere."""
 
@@ -85,16 +83,18 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
 def _(box: BoxSurface, part: str, gap: Value) -> list[Array]:
     if not (callable(gap) or (isinstance(gap, str) and math.isinf(degree(gap)))):
         return []
-    points = np.vstack([_jumps(gap, box, part, k) for k in (0, 1)])
-    return [points] if 0 < len(points) <= MOST_LINES * ALONG else []
+    # they are closer than half of the strip beside an edge in which errors fade out
+    along = math.ceil(2.0 / FADE)
+    points = np.vstack([_jumps(gap, box, part, k, along) for k in (0, 1)])
+    return [points] if 0 < len(points) <= MOST_LINES * along else []
 
 
-def _jumps(gap: Value, box: BoxSurface, part: str, axis: int) -> Array:
-    """Return the points (k, 3) at which a gap jumps along lines across a face.
+def _jumps(gap: Value, box: BoxSurface, part: str, axis: int, count: int) -> Array:
+    """Return the points (k, 3) at which a gap jumps along some lines across a face.
 
     Of each interval the half with the larger change is kept: it stays as large at a jump only.
     """
-    width, cells = 1.0 / ALONG, np.arange(ALONG) / ALONG
+    width, cells = 1.0 / count, np.arange(count) / count
     low, share = (each.ravel() for each in np.meshgrid(cells, cells + 0.5 * width))
 
     def values(fractions: Array) -> Array:
