@@ -14,9 +14,6 @@ STRAY = 0.1
 STRIP = 0.04
 """Half the width of this strip over the radius [-]: one row of nodes there may be open or
 closed."""
-SMALLEST, FARTHEST = 0.15, 0.9
-"""Limits of a stick zone that gets rings, over the radius of the contact [-]: its radius is at
-least `SMALLEST`, and it reaches at most `FARTHEST` from the centre."""
 ELONGATED = 3.0
 """Largest ratio of the axes of an ellipse [-]."""
 
@@ -114,7 +111,9 @@ def stick_of(
     Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal load
     (Spence). They are shifted if a body is also stretched. The edge lies between the last node that
     sticks and the first that slips. |Δw| grows like the power 3/2 of the distance from the edge.
-    The edge is the zero of the line through its power 2/3 over the squared radius.
+    The edge is the zero of the line through its power 2/3 over the squared radius. The result is
+    None, too, if the zone is narrower than the strip about its edge, or its edge as near to that
+    of contact.
 
     Parameters
     ----------
@@ -141,11 +140,11 @@ def stick_of(
     radius = float(np.sqrt(np.clip(_root(square[~sticks], power, area[~sticks]), *between)))
     inside = square <= square[last]
     stray = total - np.sum(np.where(sticks, area, -area)[inside]) > STRAY * total
-    return (
-        None
-        if stray or radius < SMALLEST or radius + np.linalg.norm(middle) > FARTHEST
-        else ContactEllipse(zone.centre + zone.axes @ middle, radius * zone.axes)
-    )
+    # the strip about its edge leaves a strip inside of it, and one to the edge of contact
+    fits = 2.0 * STRIP < radius < 1.0 - 2.0 * STRIP - np.linalg.norm(middle)
+    if stray or not fits:
+        return None
+    return ContactEllipse(zone.centre + zone.axes @ middle, radius * zone.axes)
 
 
 def _parted(square: Array, inner: Mask, weight: Array) -> tuple[int, tuple[float, float]]:
