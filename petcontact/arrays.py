@@ -3,8 +3,9 @@ evenly."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import fields, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,6 +25,27 @@ LARGEST_COORDINATE = 1e60
 """Squares and products of coordinates must not overflow."""
 LARGEST_NUMBER = 1e150
 """Nor squares of loads, moduli and gaps."""
+
+
+class Rows:
+    """Base of frozen dataclasses of arrays with a row for each thing, chosen and joined together.
+
+    What is no array is the same for all rows.
+    """
+
+    def take(self, chosen: Any) -> Self:
+        """The record of some rows: numbers, a mask or a slice."""
+        record: Any = self
+        given = {key.name: getattr(record, key.name) for key in fields(record)}
+        arrays = {name: v[chosen] for name, v in given.items() if isinstance(v, np.ndarray)}
+        return replace(record, **arrays)  # type: ignore[no-any-return]
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """The record of the rows of several, all of arrays, one after another."""
+        record: Any = cls
+        names = [key.name for key in fields(record)]
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def even_bounds(count: int, size: int) -> Index:

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from petcontact.arrays import Array
-from petcontact.bem.kelvin import COMPONENTS
+from petcontact.bem.kernel import COMPONENTS
 
 
 def _parts(r: Array, normal: Array, nu: float) -> tuple:

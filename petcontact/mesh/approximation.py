@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Rows
 from .boundary_mesh import BoundaryMesh
 from .pairs.ray_casting import Faces
 
@@ -209,7 +209,7 @@ def approximated(samples: Samples, nodes: Index, nodal: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Cells:
+class Cells(Rows):
     """Boxes in the reference coordinates of faces, and a function at points of each.
 
     Attributes
@@ -228,16 +228,6 @@ class Cells:
     place: Array
     weight: Array
     values: Array
-
-    def take(self, chosen: Any) -> Cells:
-        """Return some of the cells."""
-        return Cells(*(getattr(self, key)[chosen] for key in Cells.__annotations__))
-
-    @staticmethod
-    def joined(every: list[Cells]) -> Cells:
-        """Return the cells of all given groups."""
-        keys = Cells.__annotations__
-        return Cells(*(np.concatenate([getattr(each, key) for each in every]) for key in keys))
 
     def samples(self, mesh: BoundaryMesh, elements: Index, doubt: float) -> Samples:
         """Return all points; `elements` are the numbers of the faces in their mesh."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
+from ..arrays import Array, Index, Mask, Rows
 
 
 @dataclass(frozen=True)
-class Elements:
+class Elements(Rows):
     """Elements of one order.
 
     Attributes
@@ -34,17 +34,6 @@ class Elements:
     order: int
     line: Index
     index: Index
-
-    def take(self, chosen: Index) -> Elements:
-        """Return the elements with these numbers."""
-        return Elements(
-            self.start[chosen],
-            self.end[chosen],
-            self.curvature[chosen],
-            self.order,
-            self.line[chosen],
-            self.index[chosen],
-        )
 
     @property
     def curved(self) -> Mask:

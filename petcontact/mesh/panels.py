@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Rows
 from .basis import gauss
 
 HIGHEST_ORDER = 3
@@ -78,7 +78,7 @@ def monomial_slopes(points: Array, exponents: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Panels:
+class Panels(Rows):
     """Flat panels of one shape and order, each with a frame and the polynomials of its basis.
 
     Attributes
@@ -149,19 +149,6 @@ class Panels:
         """Least and largest local coordinates, the height over the plane among them, (n, 2, 3)."""
         ends = np.stack([self.polygon.min(axis=1), self.polygon.max(axis=1)], axis=1)
         return np.pad(ends, ((0, 0), (0, 0), (0, 1)))
-
-    def take(self, chosen: Index | slice) -> Panels:
-        """Return the panels with these numbers."""
-        return Panels(
-            self.corners[chosen],
-            self.order,
-            self.index[chosen],
-            self.centre[chosen],
-            self.frame[chosen],
-            self.size[chosen],
-            self.polygon[chosen],
-            self.coefficients[chosen],
-        )
 
     def basis(self, local: Array) -> Array:
         """Return values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index, shown
-from ..bem.kelvin import COMPONENTS
+from ..bem.kernel import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError

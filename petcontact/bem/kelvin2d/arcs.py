@@ -18,11 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, Complex, Index
+from ...arrays import Array, Complex, Rows
 from ...geometry.arcs import half_angles
 from ...mesh.basis import gauss, product_weights
 from . import moments
 from .moments import RULES, Parts
+from .segments import Segments
 
 MIDDLE, CLOSE_SUM = 24, 2.9
 """As in `moments.PointCounts`, for arcs of every order: what the series of close targets asks
@@ -30,7 +31,7 @@ for."""
 
 
 @dataclass(frozen=True)
-class Arcs:
+class Arcs(Segments, Rows):
     """Arcs of at most half a circle, as arrays (n,).
 
     Attributes
@@ -39,46 +40,25 @@ class Arcs:
         Points of the arc [length].
     tangent : complex array
         Unit tangent at the middle.
-    angle : array
-        α: half the angle between the tangents at start and end, positive where the arc turns left.
     half : array
         a: half the length [length].
+    angle : array
+        α: half the angle between the tangents at start and end, positive where the arc turns left.
     curvature : array
         [1/length]
     """
 
-    start: Complex
-    end: Complex
-    middle: Complex
-    tangent: Complex
     angle: Array
-    half: Array
     curvature: Array
 
     @staticmethod
-    def through(start: Array, end: Array, curvature: Array) -> Arcs:
+    def bent(start: Array, end: Array, curvature: Array) -> Arcs:
         """Return the arcs with end points (n, 2) and non-zero curvature (n,)."""
-        first: Complex = start[:, 0] + 1j * start[:, 1]
-        last: Complex = end[:, 0] + 1j * end[:, 1]
-        chord: Complex = last - first
-        size = np.hypot(chord.real, chord.imag)
-        tangent: Complex = chord / size
-        angle = half_angles(size, curvature)
-        rise = 0.5 * size * np.tan(0.5 * angle)
-        middle: Complex = 0.5 * (first + last) - 1j * tangent * rise
-        return Arcs(first, last, middle, tangent, angle, angle / curvature, curvature)
-
-    def take(self, index: Index | slice) -> Arcs:
-        """Return the arcs with these numbers."""
-        return Arcs(
-            self.start[index],
-            self.end[index],
-            self.middle[index],
-            self.tangent[index],
-            self.angle[index],
-            self.half[index],
-            self.curvature[index],
-        )
+        chord = Segments.through(start, end)
+        angle = half_angles(2.0 * chord.half, curvature)
+        middle: Complex = chord.middle - 1j * chord.tangent * chord.half * np.tan(0.5 * angle)
+        ends = chord.start, chord.end
+        return Arcs(*ends, middle, chord.tangent, angle / curvature, angle, curvature)
 
     def coordinates(self, point: Complex) -> tuple[Array, Array, Array]:
         """Return ξ+1, ξ-1 and h, (n,), of one target for each arc. Each is accurate close to the
@@ -142,19 +122,23 @@ def _sinhc(x: Array) -> Array:
     return np.where(np.abs(x) < 1e-4, 1.0 + x * x / 6.0, np.sinh(x) / np.where(x == 0.0, 1.0, x))
 
 
-def _far_points(order: int, angle: float) -> int:
+@functools.cache
+def resolving_points(order: int, turn: float, tolerance: float) -> int:
+    """Return the number of Gauss points for a polynomial times e^(2i turn s), -1 <= s <= 1, whose
+    series ends at a tolerance."""
     degree, size = 0, 1.0
-    while size > 1e-15:
+    while size > tolerance:
         degree += 1
-        size *= 0.75 * angle / degree
-    return max(RULES[order].far, (degree + order + 1) // 2)
+        size *= turn / degree
+    return (degree + order + 1) // 2
 
 
 @functools.cache
 def counts(order: int, angle: float) -> tuple[int, int, int]:
     """Return the numbers for arcs of at most half that angle: Gauss points for far targets and for
     the remainders, and terms of their series."""
-    return _far_points(order, angle), _points(order, angle), _terms(angle)
+    far = max(RULES[order].far, resolving_points(order, 0.75 * angle, 1e-15))
+    return far, _points(order, angle), _terms(angle)
 
 
 def _points(order: int, angle: float) -> int:

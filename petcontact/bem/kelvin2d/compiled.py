@@ -27,7 +27,6 @@ DIGITS = 14.5
 """Digits to which the rules with fewer points are accurate."""
 STEPS = 64
 """Number of classes of arcs for each radian of their angle. One class has one rule."""
-_integrals = native.function("petcontact_plane_integrals", "pipipp")
 
 
 @functools.cache
@@ -90,7 +89,7 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
     curved = np.flatnonzero(of.curvature)
     if not len(curved):
         return None
-    arcs = Arcs.through(of.start[curved], of.end[curved], of.curvature[curved])
+    arcs = Arcs.bent(of.start[curved], of.end[curved], of.curvature[curved])
     result = np.zeros((len(order), 13 + 2 * NODES))
     result[curved, :9] = np.column_stack(
         [
@@ -144,36 +143,32 @@ def point_members(targets: Targets) -> list[Any]:
     return [native.contiguous(targets.point), native.contiguous(targets.xi), *whole]
 
 
-def compiled_integrals(
-    targets: Targets,
-    elements: Elements,
-    poisson_ratio: float,
-    length: float,
-    kernel_g: Array,
-    kernel_h: Array,
-) -> None:
-    """Fill `integrals`' results (2, 2, n, p+1, m)."""
-    record = native.Struct(*element_members(elements, elements.index, poisson_ratio, length, 1.0))
-    points = native.Struct(*point_members(targets))
-    _integrals(
-        record.address,
-        len(elements.index),
-        points.address,
-        len(targets.line),
-        native.pointer(kernel_g),
-        native.pointer(kernel_h),
+def integrated(
+    name: str, curve: list[Any], targets: Targets, elements: Elements, *shape: int
+) -> tuple[Array, Array]:
+    """Two kernels of n elements at m targets by a compiled function, each (*shape, n(p+1), m).
+
+    `curve` has the members of the struct that the function takes for the elements.
+    """
+    n, m = len(elements.index), len(targets.line)
+    result = np.zeros((2, *shape, n * (elements.order + 1), m))
+    records = native.Struct(*curve), native.Struct(*point_members(targets))
+    first, second = (native.pointer(part) for part in result)
+    function = native.function(name, "pipipp")
+    function(records[0].address, n, records[1].address, m, first, second)
+    return result[0], result[1]
+
+
+def curve_columns(name: str, curve: list[Any], mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
+    """The filler of columns by a compiled function; `curve` has the members for all elements."""
+    first_node = native.contiguous(mesh.first_node, np.int64)
+    return CompiledFiller(
+        name, [*curve, *point_members(mesh.targets(slice(None))), first_node], data
     )
 
 
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
     """The compiled filler of columns for a `Kelvin2D`."""
-    ratio, length = kernel.material.plane_strain_ratio, kernel.unit_length
-    return CompiledFiller(
-        "petcontact_plane_columns",
-        [
-            *element_members(mesh, np.arange(mesh.n_elements), ratio, length, 1.0 / length),
-            *point_members(mesh.targets(slice(None))),
-            native.contiguous(mesh.first_node, np.int64),
-        ],
-        data,
-    )
+    length, elements = kernel.unit_length, np.arange(mesh.n_elements)
+    curve = element_members(mesh, elements, kernel.poisson_ratio, length, 1.0 / length)
+    return curve_columns("petcontact_plane_columns", curve, mesh, data)

@@ -14,12 +14,10 @@ in T, a rotation by 90 degrees.
 
 from __future__ import annotations
 
-import numpy as np
-
 from ...arrays import Array
 from ...mesh.elements import Elements, Targets
 from .arcs import Arcs
-from .compiled import compiled_integrals
+from .compiled import element_members, integrated
 from .segments import Segments
 
 __all__ = ["Elements", "Targets", "integrals"]
@@ -50,14 +48,12 @@ def integrals(
         ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element
         itself.
     """
-    n, nodes, m = len(elements.index), elements.order + 1, len(targets.line)
-    kernel_g, kernel_h = (np.empty((2, 2, n * nodes, m)) for _ in range(2))
-    compiled_integrals(targets, elements, poisson_ratio, length, kernel_g, kernel_h)
-    return kernel_g, kernel_h
+    curve = element_members(elements, elements.index, poisson_ratio, length, 1.0)
+    return integrated("petcontact_plane_integrals", curve, targets, elements, 2, 2)
 
 
 def shape_of(elements: Elements) -> Arcs | Segments:
     """Geometry of elements that are all straight or all arcs."""
     if elements.curved.any():
-        return Arcs.through(elements.start, elements.end, elements.curvature)
+        return Arcs.bent(elements.start, elements.end, elements.curvature)
     return Segments.through(elements.start, elements.end)

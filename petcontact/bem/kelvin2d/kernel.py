@@ -10,13 +10,13 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
-from ..kelvin import KelvinSolution
+from ..kernel import Kernel
 from .corner_elements import corner_columns
 from .inside import field_inside
 from .integrals import integrals
 
 
-class Kelvin2D(KelvinSolution):
+class Kelvin2D(Kernel):
     """Kelvin's solution of plane strain, or of plane stress by the usual change of constants."""
 
     dim = 2

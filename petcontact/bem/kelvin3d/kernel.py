@@ -7,22 +7,17 @@ import numpy as np
 from ...arrays import Array
 from ...mesh.curved.panels import CurvedPanels
 from ...mesh.panels import Panels
-from ..kelvin import KelvinSolution
+from ..kernel import Kernel
 from .compiled import compiled_field
 from .integrals import integrals
 from .stress import near_stress
 
 
-class Kelvin3D(KelvinSolution):
-    """Kelvin's solution of a material in space (see `bem.kernel.Kernel`); `plane` of the material
-    says nothing here."""
+class Kelvin3D(Kernel):
+    """Kelvin's solution of a material in space ; `plane` of the material says nothing
+    here."""
 
     dim = 3
-
-    @property
-    def poisson_ratio(self) -> float:
-        """ν [-]."""
-        return self.material.poisson_ratio
 
     def potential(self, distance: Array) -> Array:
         """1/r."""

@@ -22,7 +22,7 @@ import numpy as np
 from ...arrays import AnyArray, Array, Index
 from ...mesh.panels import Panels
 from ...round_off import SOLVED
-from ..kelvin import COMPONENTS
+from ..kernel import COMPONENTS
 from .moments import Edges, Table, solid_angle
 
 NEAR_CHUNK = 4096

@@ -16,7 +16,8 @@ from ...mesh.basis import gauss
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ..column_fillers import CompiledFiller
-from ..kelvin2d.compiled import add_points, element_members, point_members, rule_of
+from ..kelvin2d.arcs import resolving_points
+from ..kelvin2d.compiled import add_points, curve_columns, element_members, integrated, rule_of
 from ..kernel import ColumnData
 
 TOLERANCE = 1e-9
@@ -78,17 +79,6 @@ def _gauss(count: int) -> tuple[Array, Array]:
     return (0.5 + 0.5 * x).astype(np.float64), (1 / ((1 - x * x) * slope**2)).astype(np.float64)
 
 
-@functools.cache
-def _arc_points(order: int, angle: float, tolerance: float) -> int:
-    """Return the number of Gauss points that resolve an arc. Normal and two components turn along
-    it as e^(3iαs)."""
-    degree, size = 0, 1.0
-    while size > tolerance:
-        degree += 1
-        size *= 1.5 * angle / degree
-    return (degree + order + 1) // 2
-
-
 def _curve(
     of: CurveMesh | Elements, index: Index, kernel: Any, of_stress: bool = False
 ) -> list[Any]:
@@ -98,7 +88,7 @@ def _curve(
     order = np.broadcast_to(of.order, len(index))
     steps = np.ceil(64.0 * angle) / 64.0  # a few values for all arcs
     least = [
-        _arc_points(p, a, tolerance) if a else 0
+        resolving_points(p, 1.5 * a, tolerance) if a else 0
         for p, a in zip(order.tolist(), steps.tolist(), strict=True)
     ]
     unit = kernel.unit_length
@@ -107,29 +97,16 @@ def _curve(
     return [*plane, np.array(least, dtype=np.int64), quadrature, kernel.dim, int(of_stress)]
 
 
-def _fill(
-    targets: Targets, elements: Elements, curve: list[Any], *shape: int
+def ring_integrals(
+    kernel: Any, targets: Targets, elements: Elements, *shape: int, of_stress: bool = False
 ) -> tuple[Array, Array]:
-    """Two kernels, each (*shape, n(p+1), m)."""
-    n, m = len(elements.index), len(targets.line)
-    result = np.zeros((2, *shape, n * (elements.order + 1), m))
-    integrate = native.function("petcontact_ring_integrals", "pipipp")
-    records = native.Struct(*curve), native.Struct(*point_members(targets))
-    first, second = (native.pointer(part) for part in result)
-    integrate(records[0].address, n, records[1].address, m, first, second)
-    return result[0], result[1]
+    """G and H as `bem.kernel.Kernel.integrals`, or D and S of the stress, each (*shape, n(p+1), m).
 
-
-def ring_integrals(kernel: Any, targets: Targets, elements: Elements) -> tuple[Array, Array]:
-    """G and H as `bem.kernel.Kernel.integrals`, (d, d, n(p+1), m)."""
-    curve = _curve(elements, elements.index, kernel)
-    return _fill(targets, elements, curve, kernel.dim, kernel.dim)
-
-
-def ring_stress(kernel: Any, targets: Targets, elements: Elements) -> tuple[Array, Array]:
-    """D and S, (10, n(p+1), m): rows by component of stress and of load as `STRESSES` says."""
-    curve = _curve(elements, elements.index, kernel, of_stress=True)
-    return _fill(targets, elements, curve, len(STRESSES))
+    The shape is (d, d) of G and H. It is (10,) of D and S, whose rows go by component of stress and
+    of load as `STRESSES` says.
+    """
+    curve = _curve(elements, elements.index, kernel, of_stress)
+    return integrated("petcontact_ring_integrals", curve, targets, elements, *shape)
 
 
 def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
@@ -146,13 +123,5 @@ def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
 
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
     """The compiled filler of columns for a kernel of rings."""
-    elements = np.arange(mesh.n_elements)
-    return CompiledFiller(
-        "petcontact_ring_columns",
-        [
-            *_curve(mesh, elements, kernel),
-            *point_members(mesh.targets(slice(None))),
-            native.contiguous(mesh.first_node, np.int64),
-        ],
-        data,
-    )
+    curve = _curve(mesh, np.arange(mesh.n_elements), kernel)
+    return curve_columns("petcontact_ring_columns", curve, mesh, data)

@@ -24,17 +24,14 @@ What holds for `RingKernel` (two components) and `TwistedRingKernel` (three):
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
 
-from ...arrays import Array, Index
-from ...mesh.curve_mesh import CurveMesh
+from ...arrays import Array
 from ...mesh.elements import Elements, Targets
-from ..kelvin import KelvinSolution, weighted
-from ..kelvin2d.corner_elements import corner_columns
-from .compiled import LOADS, STRESSES, ring_forces, ring_integrals, ring_stress
+from ..kelvin2d.kernel import Kelvin2D
+from .compiled import LOADS, STRESSES, ring_forces, ring_integrals
 
 STRESS = ((0, 0), (1, 1), (0, 1), (2, 2), (0, 2), (1, 2))
 """Components of stress: rr, zz, rz, θθ, and with torsion rθ, zθ."""
@@ -43,40 +40,34 @@ APART = 1e-12
 infinite."""
 
 
-class RingKernel(KelvinSolution):
-    """Kelvin's solution of rings, loaded along r and z."""
+def _weighted(
+    by_traction: Array, by_displacement: Array, traction: Array, displacement: Array
+) -> Array:
+    """Multiply integrals (c, d, k, m) by data (k, d, s) at the nodes of elements and add. The
+    result is (m, c, s)."""
+    pushed = np.tensordot(traction, by_traction, ((0, 1), (2, 1)))
+    return np.asarray(pushed + np.tensordot(displacement, by_displacement, ((0, 1), (2, 1)))).T
+
+
+class RingKernel(Kelvin2D):
+    """Kelvin's solution of rings, loaded along r and z; from near it is that of plane strain."""
 
     dim = 2
     stress_components: ClassVar[tuple[tuple[int, int], ...]] = STRESS[:4]
     in_fields: ClassVar[tuple[int, ...]] = (0, 1, 2)
 
-    @property
-    def poisson_ratio(self) -> float:
-        """ν [-]."""
-        return self.material.poisson_ratio
-
-    def potential(self, distance: Array) -> Array:
-        """-ln(r/ℓ): that of the plane, which is the ring's from near."""
-        return np.asarray(-np.log(distance / self.unit_length))
-
     def measure(self, points: Array) -> Array:
         """As in `Kernel`: 2πr."""
         return np.asarray(2.0 * np.pi * points[:, 0])
 
-    def corner_columns(
-        self, mesh: CurveMesh, rows: Index, nodes: Index
-    ) -> Iterator[tuple[int, Array, Array]]:
-        """As in `Kernel`."""
-        return corner_columns(self, mesh, rows, nodes)
-
     def integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """As in `Kernel`."""
-        return ring_integrals(self, targets, elements)
+        return ring_integrals(self, targets, elements, self.dim, self.dim)
 
     def stress_integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """D and S, (components, d, k, m) as of `Kelvin2D`, the components those of
         `stress_components`."""
-        integrals = ring_stress(self, targets, elements)
+        integrals = ring_integrals(self, targets, elements, len(STRESSES), of_stress=True)
         shape = len(self.stress_components), self.dim, *integrals[0].shape[1:]
         kernel_d, kernel_s = np.zeros(shape), np.zeros(shape)
         for whole, rows in zip((kernel_d, kernel_s), integrals, strict=True):
@@ -92,8 +83,8 @@ class RingKernel(KelvinSolution):
         kernel_g, kernel_h = self.integrals(targets, elements)
         kernel_d, kernel_s = self.stress_integrals(targets, elements)
         rows = list(self.in_fields)
-        moved = weighted(kernel_g, -kernel_h, traction, u)
-        stress = weighted(kernel_d[rows], kernel_s[rows], traction, u)
+        moved = _weighted(kernel_g, -kernel_h, traction, u)
+        stress = _weighted(kernel_d[rows], kernel_s[rows], traction, u)
         wound = np.where(targets.point[:, 0] < 0.0, 0.0, -kernel_h[1, 1].sum(axis=0))
         return moved, stress, wound
 

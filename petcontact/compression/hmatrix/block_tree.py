@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, Rows
 
 ETA = 4.0
 """Two clusters are far from one another if the smaller diameter is at most this many times their
@@ -70,7 +70,6 @@ def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
     """
     middle, order = 0.5 * (low + high), np.arange(len(nodes))
     ranges, children, waiting = [(0, len(nodes))], [[-1, -1]], [0]
-    count = np.concatenate([[0], np.cumsum(nodes)])
     while waiting:
         number = waiting.pop()
         start, stop = ranges[number]
@@ -99,7 +98,7 @@ def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
 
 
 @dataclass(frozen=True)
-class Blocks:
+class Blocks(Rows):
     """Blocks that tile the rows of a matrix: their row clusters, their column clusters, and whether
     they have low rank.
 
@@ -112,10 +111,6 @@ class Blocks:
     row: Index
     column: Index
     far: Mask
-
-    def take(self, chosen: Index | Mask) -> Blocks:
-        """Return the blocks with these numbers."""
-        return Blocks(self.row[chosen], self.column[chosen], self.far[chosen])
 
 
 def are_far(tree: Clusters, row: Index, column: Index, eta: float = ETA) -> Mask:
@@ -140,7 +135,7 @@ def block_tree(tree: Clusters, eta: float = ETA) -> Blocks:
         done = far | (leaf[blocks.row] & leaf[blocks.column])
         finished.append(blocks.take(done))
         blocks = divided(tree, blocks.take(~done))
-    all_ = joined(finished)
+    all_ = Blocks.joined(finished)
     return all_.take(np.lexsort((tree.first[all_.column], tree.first[all_.row])))
 
 
@@ -164,14 +159,4 @@ def divided(tree: Clusters, blocks: Blocks) -> Blocks:
                 far[keep],
             )
         )
-    return joined(parts)
-
-
-def joined(parts: list[Blocks]) -> Blocks:
-    """Return the blocks of several lists in one list."""
-    return Blocks(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("row", "column", "far")
-        )
-    )
+    return Blocks.joined(parts)

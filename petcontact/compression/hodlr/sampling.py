@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, Rows
 from .clusters import Boxes, NodeCurves, halved
 
 FEW = 2  # a cell that gives no more nodes than this is not probed for certain
@@ -29,7 +29,7 @@ class ProxySample:
 
 
 @dataclass(frozen=True)
-class _Cells:
+class _Cells(Rows):
     """Places first..last of cells outside clusters `owner`, and the number of nodes that each cell
     needs for one digit."""
 
@@ -37,9 +37,6 @@ class _Cells:
     first: Index
     last: Index
     nodes: Array
-
-    def pick(self, which: Index | Mask) -> _Cells:
-        return _Cells(self.owner[which], self.first[which], self.last[which], self.nodes[which])
 
 
 class Sampler:
@@ -101,7 +98,7 @@ class Sampler:
                 ProxySample(np.empty(0, np.int64), np.empty(0), np.empty(0), True) for _ in start
             ]
         cells = self._cut(self._cells(start, stop, boxes))
-        cells = cells.pick(np.argsort(cells.owner, kind="stable"))
+        cells = cells.take(np.argsort(cells.owner, kind="stable"))
         length = cells.last - cells.first
         uneven = 1.0 + 2.0 * np.max(
             [np.abs(self._uneven(cells.first, cells.last, k)) for k in (1, 2, 3)], axis=0
@@ -184,13 +181,8 @@ class Sampler:
             owner = np.repeat(owner[deeper], 2)
             cell = np.repeat(2 * cell[deeper], 2)
             cell[1::2] += 1
-        cells = _Cells(
-            *(
-                np.concatenate([getattr(c, name) for c in parts])
-                for name in ("owner", "first", "last", "nodes")
-            )
-        )
-        return cells.pick(cells.last > cells.first)
+        cells = _Cells.joined(parts)
+        return cells.take(cells.last > cells.first)
 
     def _cut(self, cells: _Cells) -> _Cells:
         """Return the cells, cut at the breaks inside them, so that each piece between two breaks

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, Rows
 from ...round_off import WRITTEN
 
 TOGETHER = 1 << 18
@@ -47,7 +47,7 @@ class Hits:
 
 
 @dataclass(frozen=True)
-class FacingSegments:
+class FacingSegments(Rows):
     """Quadrature points on a part where it faces another one.
 
     A segment lies on one face of each part.
@@ -67,22 +67,6 @@ class FacingSegments:
     other: Index
     opposite: Array
     weight: Array
-
-    def take(self, chosen: Mask) -> FacingSegments:
-        """Return the points with these numbers."""
-        return FacingSegments(
-            *(getattr(self, key)[chosen] for key in FacingSegments.__annotations__)
-        )
-
-    @staticmethod
-    def joined(parts: list[FacingSegments]) -> FacingSegments:
-        """Return all points of the given lists, of which there is at least one."""
-        return FacingSegments(
-            *(
-                np.concatenate([getattr(part, key) for part in parts])
-                for key in FacingSegments.__annotations__
-            )
-        )
 
 
 class Faces(ABC):
