@@ -8,7 +8,6 @@ marks, too. A refined mesh has a better grading, smaller elements at the marks, 
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,7 +18,6 @@ import scipy
 from ..arrays import Array, Index, shown
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
-from ..linalg.nearest import FEW, squares
 from .curve_building import build_mesh
 from .curve_mesh import CurveMesh
 from .grading import LARGEST_MESH, at_ends, largest_turn, turn
@@ -276,20 +274,9 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
     ends = [side.point(b) for side, b in zip(sides, breaks, strict=True)]
     counts, numbers = [len(points) for points in middles], np.arange(len(sides))
     cloud, side = np.concatenate([*middles, *ends]), np.repeat(numbers, counts)
-    points, owner = (
-        cloud[: len(side)],
-        np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])]),
-    )
-    bounds = list(itertools.pairwise(itertools.accumulate(counts, initial=0)))
-    before, after = outline.neighbours
-    if len(points) * len(cloud) <= FEW:
-        beside = np.eye(len(sides), dtype=bool)
-        beside[numbers, before] = beside[numbers, after] = True
-        apart = np.where(beside[side][:, owner], np.inf, squares(cloud, points))
-        limits = np.sqrt(apart.min(axis=1))
-        return [limits[a:b] for a, b in bounds]
-    limits = _to_other_sides(cloud, side, owner, before, after)
-    return [limits[a:b] for a, b in bounds]
+    owner = np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
+    limits = _to_other_sides(cloud, side, owner, *outline.neighbours)
+    return np.split(limits, np.cumsum(counts)[:-1])
 
 
 def _to_other_sides(cloud: Array, side: Index, owner: Index, before: Index, after: Index) -> Array:

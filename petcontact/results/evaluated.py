@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar, cast
 
 import numpy as np
+import scipy
 
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution, volume_solution
@@ -15,7 +16,6 @@ from ..errors import InputError
 from ..fields.boundary.places import nodal_places
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
-from ..linalg import nearest as near
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.hints import among
 from ..model.problem import Problem
@@ -137,7 +137,9 @@ class Evaluated:
             owner, _, part = self.primaries.get(name, "").partition(".")
             if owner == body:
                 nodes = mesh.nodes_of(part)
-                states[nodes] = 3 * k + pair.state[near.nearest(pair.x, mesh.x[nodes])[1][:, 0]]
+                states[nodes] = (
+                    3 * k + pair.state[scipy.spatial.cKDTree(pair.x).query(mesh.x[nodes])[1]]
+                )
         return states
 
     @property

@@ -15,11 +15,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from ..arrays import Array, Index, Mask
 from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import meeting, sizes
-from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..refinement.corner_exponents import (
     CLAMPED,
@@ -197,7 +197,7 @@ def _beside(sides: Sides, mirrored: int) -> tuple[SideKind, ...]:
 def _faced(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple[Index, Index]:
     """The nodes of a primary, at points (n, d), that face the secondary, whose nodes have elements
     of half lengths (m,), and the node of that each; what reaches beyond faces nothing."""
-    rows = nearest(pair.x, x)[1][:, 0]
+    rows = scipy.spatial.cKDTree(pair.x).query(x)[1]
     away, normal = x - pair.x[rows], pair.normal[rows]
     away -= np.sum(away * normal, axis=1)[:, None] * normal
     faces = np.linalg.norm(away, axis=1) < (1.0 + SINGLE) * size[rows]

@@ -7,11 +7,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 
 from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
-from ...linalg.nearest import nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
 from ...model.interfaces import PosedInterface
@@ -389,6 +389,6 @@ def inside(mesh: BoundaryMesh, part: str, nodes: Index, pressing: Sequence[Array
     p may be infinite there, so that no mesh has its exact L2 norm.
     """
     size = float(mesh.weight[mesh.nodes_of(part)].sum()) ** (1.0 / (mesh.dim - 1))
-    away = [nearest(points, mesh.x[nodes])[0][:, 0] for points in pressing]
+    away = [scipy.spatial.cKDTree(points).query(mesh.x[nodes])[0] for points in pressing]
     distance = np.min([rim_distance(mesh, nodes, FADE * size), *away], axis=0)
     return np.asarray(np.minimum(1.0, distance / (FADE * size)) ** 2)
