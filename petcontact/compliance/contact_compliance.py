@@ -6,6 +6,7 @@ One S serves all load steps, methods and ρ.
 from __future__ import annotations
 
 import abc
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -16,13 +17,16 @@ from ..contact.system import Linearisation, Modes, RigidModeConstraint, Surrogat
 from ..errors import InputError
 from ..linalg.bordered import BorderedKrylov
 from ..linalg.dense_solver import DenseSolver
+from ..linalg.ksp import SolverFront
 from ..round_off import SOLVED
 
 MakeSurrogate = Callable[[], Surrogate | None]
 
 
-class ContactCompliance(abc.ABC):
+class ContactCompliance(SolverFront, abc.ABC):
     """S and the solution of Robin problems with it; vectors are (m, k) arrays, equal on every rank.
+
+    It reports the KSP without a prefix, which solves Robin problems.
 
     Attributes
     ----------
@@ -30,22 +34,22 @@ class ContactCompliance(abc.ABC):
         Whether S is known only by its products; `matrix` then takes one product for each column.
     surrogate : callable
         Returns T or None.
-    ksp_iterations, ksp_reason : int
-        Number of iterations of the last Robin solve, and PETSc's reason why it stopped.
     """
 
     matrix_free = False
+    _shape: tuple[int, int]
 
     def __init__(self, surrogate: MakeSurrogate) -> None:
-        self.surrogate, self.ksp_iterations, self.ksp_reason = surrogate, 0, 0
+        self.surrogate = surrogate
 
     @abc.abstractmethod
     def apply(self, sigma: Array) -> Array:
         """Return the product S σ, (m, k) [length]. Collective."""
 
-    @abc.abstractmethod
     def matrix(self) -> Array:
-        """Return S as a matrix (m k, m k) [length/stress]."""
+        """Return S as a matrix (m k, m k), by one product for each column [length/stress]."""
+        units = np.eye(math.prod(self._shape))
+        return np.column_stack([self.apply(unit.reshape(self._shape)).ravel() for unit in units])
 
     @abc.abstractmethod
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
@@ -65,12 +69,7 @@ class ContactCompliance(abc.ABC):
         """
         raise InputError('bem.mat_type: wear is not solved on these operators; choose "dense"')
 
-    @property
-    def kind(self) -> str:
-        """Types of the KSP and the PC of Robin solves."""
-        return ""
-
-    def close(self) -> None:  # noqa: B027 (some have none)
+    def close(self) -> None:
         """Free every PETSc object."""
 
 
@@ -80,7 +79,6 @@ class DenseCompliance(ContactCompliance):
     def __init__(self, matrix: Array, comm: Any, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
         self._matrix, self._comm = np.asfortranarray(matrix), comm
-        self._solver: DenseSolver | None = None
         self._of: tuple[Array, Modes | None, RigidModeConstraint | None] | None = None
 
     def apply(self, sigma: Array) -> Array:
@@ -105,7 +103,6 @@ class DenseCompliance(ContactCompliance):
         whole = solver.solve(
             r.ravel() if border is None else np.concatenate([r.ravel(), border.work(work)])
         )
-        self.ksp_iterations, self.ksp_reason = solver.iterations, solver.reason
         sigma = whole[: r.size].reshape(r.shape)
         dv = self.apply(sigma)
         if modes is not None and border is not None:
@@ -144,11 +141,6 @@ class DenseCompliance(ContactCompliance):
         self._of = factors.copy(), modes, border
         return border
 
-    @property
-    def kind(self) -> str:
-        """Types of the KSP without a prefix and its PC; empty before the first solve."""
-        return "" if self._solver is None else self._solver.kind
-
     def close(self) -> None:
         """Free factors and every PETSc object."""
         if self._solver is not None:
@@ -185,7 +177,7 @@ class ProductCompliance(ContactCompliance):
     ) -> None:
         super().__init__(surrogate)
         self._product, self._shape, self._others = product, shape, (motions, comm, surrogate, text)
-        self._krylov = BorderedKrylov(shape, motions, "", comm, f"I + rho S, S by {text}")
+        self._solver = BorderedKrylov(shape, motions, "", comm, f"I + rho S, S by {text}")
         self._layer: Surrogate | None = None
         self._products: list[tuple[Array, Array]] = []
 
@@ -199,18 +191,6 @@ class ProductCompliance(ContactCompliance):
         add[:, -1] = layer
         return ProductCompliance(
             lambda sigma: self._product(sigma) + add * sigma, self._shape, *self._others
-        )
-
-    def matrix(self) -> Array:
-        """Return S (m k, m k), one product for each column [length/stress].
-
-        It is meant for tests and for many Robin solves.
-        """
-        return np.column_stack(
-            [
-                self.apply(e.reshape(self._shape)).ravel()
-                for e in np.eye(self._shape[0] * self._shape[1])
-            ]
         )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
@@ -228,7 +208,7 @@ class ProductCompliance(ContactCompliance):
         self._products = []
         # v = u_0 + S σ + M α and E σ + f = 0 hold whatever this residual is. With 1e-4 the contact
         # method takes as many steps to the same result as with 1e-12, at a third of the cost
-        sigma, coordinates = self._krylov.solve(
+        sigma, coordinates = self._solver.solve(
             self._noted(rho),
             lambda x: layer.solve(x, rho[0]),
             rho * columns,
@@ -238,7 +218,6 @@ class ProductCompliance(ContactCompliance):
             0.0,
             1e-4,
         )
-        self.ksp_iterations, self.ksp_reason = self._krylov.iterations, self._krylov.reason
         dv = self._product_of(sigma)
         return (dv if modes is None else dv + modes.motion @ border.motion(coordinates)), sigma
 
@@ -264,11 +243,6 @@ class ProductCompliance(ContactCompliance):
                 return np.asarray(products @ weights).reshape(sigma.shape)
         return self.apply(sigma)
 
-    @property
-    def kind(self) -> str:
-        """Types of the KSP without a prefix and its PC."""
-        return self._krylov.kind
-
     def close(self) -> None:
         """Free every PETSc object."""
-        self._krylov.close()
+        self._solver.close()

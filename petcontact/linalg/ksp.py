@@ -288,19 +288,19 @@ def _use_in_place(pc: Any, prefix: str) -> None:
 class SolverFront:
     """What leaves its solves to another solver, and reports how the last one ended as that does."""
 
-    _solver: Any
+    _solver: Any = None
 
     @property
     def iterations(self) -> int:
-        """Iterations of the last solve."""
-        return int(self._solver.iterations)
+        """Iterations of the last solve; 0 without a solver."""
+        return int(getattr(self._solver, "iterations", 0))
 
     @property
     def reason(self) -> int:
-        """PETSc's number of how the last solve ended."""
-        return int(self._solver.reason)
+        """PETSc's number of how the last solve ended; 0 without a solver."""
+        return int(getattr(self._solver, "reason", 0))
 
     @property
     def kind(self) -> str:
         """KSP and PC by their types; empty as long as nothing was solved."""
-        return str(self._solver.kind)
+        return str(getattr(self._solver, "kind", ""))

@@ -42,17 +42,12 @@ class Krylov(SolverFront):
         self._comm = comm
         first, last = even_ranges(size, comm.getSize())[comm.getRank()]
         self._own, layout = slice(first, last), (last - first, size)
-        self._matrix = petsc().Mat().createPython((layout, layout), context=self, comm=comm)
-        self._matrix.setUp()
-        self._solver = LinearSolver(
-            comm,
-            prefix,
-            "iterate",
-            ksp_type="gmres",
-            pc_type="python",
-            context=self,
+        self._solver: LinearSolver = LinearSolver(
+            comm, prefix, "iterate", ksp_type="gmres", pc_type="python", context=self
         )
-        self._x, self._b = self._matrix.createVecs()
+        matrix = petsc().Mat().createPython((layout, layout), context=self, comm=comm)
+        matrix.setUp()
+        self._matrix = self._solver.owned(matrix)
 
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         """The matrix of type python."""
@@ -76,22 +71,17 @@ class Krylov(SolverFront):
     ) -> Array:
         """x with product(x) = rhs; `floor` is a residual that is round-off already. Collective."""
         self._product, self._precondition = product, precondition
-        self._b.setArray(rhs.ravel()[self._own])
-        self._x.set(0.0)
         given = petsc().Options(self._prefix)
         if not self._solver.kind:
             self._solver.set_operator(self._matrix)
             if not given.hasName("ksp_gmres_restart"):
                 self._solver.ksp.setGMRESRestart(RESTART)
         self._solver.ksp.setTolerances(rtol=None if given.hasName("ksp_rtol") else rtol, atol=floor)
-        self._solver.solve(self._b, self._x)
-        return np.array(self._whole(self._x))
+        return self._solver.solved(rhs.ravel()[self._own]).reshape(self._shape)
 
     def close(self) -> None:
         """Free every PETSc object."""
         self._solver.close()
-        for item in (self._matrix, self._x, self._b):
-            item.destroy()
 
     def _whole(self, vector: Any) -> Array:
         own = vector.getArray(readonly=True)

@@ -180,7 +180,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
     names_of = {"method": options_.resolved_name, "rule": options_.rule or "modified"}
     provenance = Provenance(
         solver=system.describe(),
-        ksp_reason=reason_name(operator.ksp_reason) if operator.ksp_reason else "",
+        ksp_reason=reason_name(operator.reason) if operator.reason else "",
         **(names_of | problem.named),
         argv=printable(" ".join(sys.argv)),
         petsc_options=petsc_options_of(discrete.problem.petsc),

@@ -115,35 +115,20 @@ class _FullCompliance(ContactCompliance):
 
     def __init__(self, body: FullBody, order: Index, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
-        self._body, k = body, body.data.contact_shape[1]
-        self._order = (k * order[:, None] + np.arange(k)).ravel()
+        self._body, self._solver, k = body, body.solver, body.data.contact_shape[1]
+        self._order, self._shape = (k * order[:, None] + np.arange(k)).ravel(), (len(order), k)
 
     def apply(self, sigma: Array) -> Array:
         """Return the displacement S σ of the contact nodes under their tractions σ [length]."""
         return self._by_body(np.zeros(sigma.size), sigma)
-
-    def matrix(self) -> Array:
-        """Return S by one solve with A(0) for each column [length/stress]."""
-        return np.asarray(
-            self._body.apply(np.eye(len(self._order)))[self._order[:, None], self._order]
-        )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """Return δv and δσ from A(ρ) δx = G_Ct r; there are no motions."""
         change = self._by_body(rho.ravel(), r)
         return change, r - rho * change
 
-    @property
-    def kind(self) -> str:
-        """Types of the KSP without a prefix and its PC."""
-        return self._body.solver.kind
-
     def _by_body(self, rho: Array, sigma: Array) -> Array:
         factors, traction = np.empty(sigma.size), np.empty(sigma.size)
         factors[self._order], traction[self._order] = rho, sigma.ravel()
         moved: Array = self._body.influence(factors, traction)[self._order].reshape(sigma.shape)
-        self.ksp_iterations, self.ksp_reason = (
-            self._body.solver.iterations,
-            self._body.solver.reason,
-        )
         return moved

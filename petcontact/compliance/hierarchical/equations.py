@@ -171,12 +171,12 @@ class MixedEquations:
                 self._border = self._eliminated()
             while still.any() and forcing == 0.0 and size > target:
                 # how large contact makes what lay still shows first
-                x += self.whole(self.krylov(left, len(x), max(target, ROUGH * size)))
+                x += self._in_order(self.krylov(left, len(x), max(target, ROUGH * size)))
                 sizes = self._strained(self._state(posed, factors, sigma, x).z)
                 left, size = self._weighed(sizes, posed, factors, sigma, x)
                 still &= self._sizes(self.whole(left)) > ROUGH
             if size > target:
-                x += self.whole(self.krylov(left, len(x), target))
+                x += self._in_order(self.krylov(left, len(x), target))
                 size = target
         self.defect = size / scale
         return self._state(posed, factors, sigma, x)
@@ -368,7 +368,10 @@ class MixedEquations:
     def whole(self, own: Array) -> Array:
         """Return a whole vector: the unknowns body after body, then those of rigid motions.
         Collective."""
-        gathered = everywhere(own, self.comm)
+        return self._in_order(everywhere(own, self.comm))
+
+    def _in_order(self, gathered: Array) -> Array:
+        """The parts of all ranks, one after another, as a whole vector."""
         result = np.array(gathered)
         result[self._order] = gathered[: len(self._order)]
         return result

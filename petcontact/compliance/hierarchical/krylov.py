@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from ...arrays import Array
-from ...linalg.ksp import LinearSolver
+from ...linalg.ksp import LinearSolver, SolverFront
 from ...linalg.matrix_free import RESTART
 from ...runtime.petsc import petsc
 
 
-class FlexibleKrylov:
+class FlexibleKrylov(SolverFront):
     """Flexible GMRES with a matrix and a preconditioner of type python.
 
     Parameters
@@ -21,50 +21,37 @@ class FlexibleKrylov:
 
     Attributes
     ----------
-    iterations, reason : int
-        Number of iterations since it was last set, and PETSc's reason why the last solve stopped.
+    iterations : int
+        Number of iterations since it was last set.
     """
+
+    iterations = 0
 
     def __init__(self, comm: Any, context: Any) -> None:
         self._comm, self._context = comm, context
-        self.iterations, self.reason = 0, 0
         self._solvers: dict[int, LinearSolver] = {}
-        self._last: LinearSolver | None = None
 
     def __call__(self, residual: Array, size: int, target: float) -> Array:
-        """Return this rank's part of a solution whose residual is at most `target`.
+        """Return the parts of all ranks, one after another, of a solution whose residual is at most
+        `target`.
 
         `residual` is this rank's part of the right-hand side, `size` the number of all unknowns.
         """
-        module, comm, layout = petsc(), self._comm, (len(residual), size)
-        rhs = module.Vec().createMPI(layout, comm=comm)
-        rhs.setArray(residual)
-        solution = rhs.duplicate()
-        solution.set(0.0)
-        solver = self._solvers.get(size)
-        if solver is None:
-            matrix = module.Mat().createPython((layout, layout), context=self._context, comm=comm)
+        if size not in self._solvers:
+            comm, context, layout = self._comm, self._context, (len(residual), size)
+            matrix = petsc().Mat().createPython((layout, layout), context=context, comm=comm)
             matrix.setUp()
             solver = LinearSolver(
-                comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self._context
+                comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=context
             )
             solver.ksp.setGMRESRestart(RESTART)
-            solver.set_operator(matrix)
-            matrix.destroy()
+            solver.set_operator(solver.owned(matrix))
             self._solvers[size] = solver
-        self._last = solver
-        solver.ksp.setTolerances(rtol=1e-14, atol=target)
-        solver.solve(rhs, solution)
-        self.iterations, self.reason = self.iterations + solver.iterations, solver.reason
-        own: Array = solution.getArray(readonly=True).copy()
-        rhs.destroy()
-        solution.destroy()
-        return own
-
-    @property
-    def kind(self) -> str:
-        """Types of the KSP and its PC; empty before the first solve."""
-        return "" if self._last is None else self._last.kind
+        self._solver = self._solvers[size]
+        self._solver.ksp.setTolerances(rtol=1e-14, atol=target)
+        solution: Array = self._solver.solved(residual)
+        self.iterations += self._solver.iterations
+        return solution
 
     def close(self) -> None:
         """Free the PETSc objects."""

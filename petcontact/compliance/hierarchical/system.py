@@ -30,36 +30,22 @@ class _SolvedCompliance(ContactCompliance):
     ) -> None:
         super().__init__(surrogate)
         self._joint, self.soft = joint, soft
+        self._solver, self._shape = joint.equations.krylov, joint.equations.coupling.shape
 
     def softened(self, layer: Array) -> ContactCompliance:
         """Return the compliance with a layer added to v."""
-        soft = np.zeros(self._joint.equations.coupling.shape)
+        soft = np.zeros(self._shape)
         soft[:, -1] = layer
         return _SolvedCompliance(self._joint, self.surrogate, soft)
 
     def apply(self, sigma: Array) -> Array:
         """Return S σ, by one solve."""
-        state, equations = self._joint.loaded_by(sigma), self._joint.equations
-        self.ksp_iterations, self.ksp_reason = equations.krylov.iterations, equations.krylov.reason
-        return state.v + self.soft * sigma
-
-    def matrix(self) -> Array:
-        """Return S, with one solve a column; tests use it."""
-        shape = self._joint.equations.coupling.shape
-        return np.column_stack(
-            [self.apply(unit.reshape(shape)).ravel() for unit in np.eye(shape[0] * shape[1])]
-        )
+        return self._joint.loaded_by(sigma).v + self.soft * sigma
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """Solve δσ + ρ δv = r."""
-        state, equations = self._joint.robin(rho, r, modes, work, self.soft), self._joint.equations
-        self.ksp_iterations, self.ksp_reason = equations.krylov.iterations, equations.krylov.reason
+        state = self._joint.robin(rho, r, modes, work, self.soft)
         return state.v + self.soft * state.sigma, state.sigma
-
-    @property
-    def kind(self) -> str:
-        """Name of the KSP without a prefix."""
-        return self._joint.equations.krylov.kind
 
 
 class MonolithicBodies(JointBodies):
@@ -105,16 +91,6 @@ class HierarchicalSystem(ComposedSystem):
         self._change: tuple[Array, Array] | None = None
         self._states: States | None = None
         self._exchanged = u_0.size + 1
-
-    @property
-    def ksp_iterations(self) -> int:
-        """KSP iterations of the last solve."""
-        return self._joint.equations.krylov.iterations
-
-    @property
-    def ksp_reason(self) -> int:
-        """Why the last KSP stopped, as PETSc's number."""
-        return self._joint.equations.krylov.reason
 
     def apply(self, sigma: Array) -> Array:
         """Return S σ, by one solve, or none if σ is that of the last solution or of the last small
