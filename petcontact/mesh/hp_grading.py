@@ -300,6 +300,6 @@ def _to_other_sides(cloud: Array, side: Index, owner: Index, before: Index, afte
             )
             seen = is_far.any(axis=1)
             away = points[left[seen]] - cloud[near[seen, np.argmax(is_far[seen], axis=1)]]
-            limits[left[seen]] = np.sqrt(np.einsum("ij,ij->i", away, away))
+            limits[left[seen]] = np.sqrt(np.sum(away**2, axis=1))
             left = left[~seen] if k < len(cloud) else left[:0]
     return limits

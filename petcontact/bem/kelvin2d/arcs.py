@@ -56,7 +56,8 @@ class Arcs(Segments, Rows):
         """Return the arcs with end points (n, 2) and non-zero curvature (n,)."""
         chord = Segments.through(start, end)
         angle = half_angles(2.0 * chord.half, curvature)
-        middle: Complex = chord.middle - 1j * chord.tangent * chord.half * np.tan(0.5 * angle)
+        rise = chord.half * np.tan(0.5 * angle)
+        middle: Complex = chord.middle - 1j * chord.tangent * rise
         ends = chord.start, chord.end
         return Arcs(*ends, middle, chord.tangent, angle / curvature, angle, curvature)
 

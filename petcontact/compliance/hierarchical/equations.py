@@ -64,14 +64,13 @@ class MixedEquations:
         self._coordinates, self._shift = np.zeros((r, r)), np.zeros((len(self._mine), r))
         for b, body in enumerate(rows):
             motion_slice = slice(self.ends[b], self.ends[b + 1])
-            if body.motions.shape[1]:
-                own_rows = slice(coupling.first[b], coupling.first[b + 1])
-                basis, factor = np.linalg.qr(body.motions)
-                self.motions[own_rows, motion_slice], self._dual[own_rows, motion_slice] = (
-                    basis,
-                    body.gauge @ np.linalg.inv(basis.T @ body.gauge),
-                )
-                self._coordinates[motion_slice, motion_slice] = np.linalg.inv(factor)
+            own_rows = slice(coupling.first[b], coupling.first[b + 1])
+            basis, factor = np.linalg.qr(body.motions)
+            self.motions[own_rows, motion_slice], self._dual[own_rows, motion_slice] = (
+                basis,
+                body.gauge @ np.linalg.inv(basis.T @ body.gauge),
+            )
+            self._coordinates[motion_slice, motion_slice] = np.linalg.inv(factor)
         if r:
             moved = [self._multiplied(q) for q in coupling.padded(self.motions).T]
             self._shift = self.motions[self._mine] - np.column_stack(moved)
