@@ -116,10 +116,9 @@ def _part(operators: BoundaryOperators, nodes: Index, frame: Array) -> Array:
     result = np.zeros((m, k, m, k))
 
     def add(x: Array, sign: Array | None) -> None:
-        for kind in np.unique(mesh.kind[panels]):
-            some = panels[mesh.kind[panels] == kind]
-            columns = np.flatnonzero(np.isin(mesh.element[nodes], some))
-            block = kernel.integrals(mesh.points(x), mesh.elements(some))[0]
+        for _, elements in mesh.by_kind(panels):
+            columns = np.flatnonzero(np.isin(mesh.element[nodes], elements.index))
+            block = kernel.integrals(mesh.points(x), elements)[0]
             values = np.einsum("tai,ijct,cbj->tacb", frame, block, frame[columns], optimize=True)
             result[:, :, columns] += values if sign is None else values * np.diag(sign)[:, None]
 
@@ -152,10 +151,7 @@ def _sides(
     mesh, data = operators.mesh, operators.data
     tangents = frame[0, :2]
     panels = np.unique(mesh.element[nodes])
-    corners = [
-        mesh.elements(panels[mesh.kind[panels] == kind]).corners.reshape(-1, 3)
-        for kind in np.unique(mesh.kind[panels])
-    ]
+    corners = [elements.corners.reshape(-1, 3) for _, elements in mesh.by_kind(panels)]
     reach = np.concatenate(corners) @ tangents.T
     low, high = reach.min(axis=0), reach.max(axis=0)
     area = float(np.prod(high - low))

@@ -10,7 +10,7 @@ import scipy
 from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
 from ..errors import InputError
-from ..fields.boundary.places import best_places, nodal_places
+from ..fields.boundary.places import best_places
 from ..model.hints import among
 from ..results.body_fields import BodyFields, states_at
 from ..results.data import SolutionData
@@ -105,7 +105,8 @@ def sites_of(
     mesh = solution.meshes[body]
     chosen = np.isin(mesh.part, [mesh.part_names.index(part) for part in parts])
     element, place = (
-        np.concatenate(both) for both in zip(nodal_places(mesh), best_places(mesh), strict=True)
+        np.concatenate(both)
+        for both in zip((mesh.element, mesh.places), best_places(mesh), strict=True)
     )
     element, place = element[chosen[element]], place[chosen[element]]
     variables = mesh.variables_at(element, place)

@@ -15,7 +15,6 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..contact.friction_law import lengths
-from ..fields.boundary.places import nodal_places
 from ..results.data import SolutionData
 from ..results.records import PairResult, StepResult
 from .cycle import Sites
@@ -56,7 +55,7 @@ def _both_sides(
     to."""
     (body, part), nodes = solution.sides[name], solution.nodes[name]
     mesh = solution.meshes[body]
-    yield body, part, mesh.element[nodes], nodal_places(mesh)[1][nodes], np.arange(len(nodes))
+    yield body, part, mesh.element[nodes], mesh.places[nodes], np.arange(len(nodes))
     owner, _, partner = solution.primaries.get(name, "").partition(".")
     if owner:
         numbers, faces = solution.meshes[owner].faces(partner)

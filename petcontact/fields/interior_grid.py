@@ -89,7 +89,7 @@ def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
                 points.pop()
             points.append(corner)
         count = max(1, int(np.ceil(mesh.length[k] / spacing)))
-        place, normal = mesh.on_element(k, (np.arange(count) + 0.5) / count * 2.0 - 1.0)
+        place, normal = mesh.at(np.full(count, k), (np.arange(count) + 0.5) / count)
         for point in place - inset * normal:
             if not points or np.hypot(*(points[-1] - point)) >= KEPT_OFF * spacing:
                 points.append(point)
@@ -110,16 +110,15 @@ def _corner(mesh: CurveMesh, before: int, after: int, inset: float) -> Array | N
     the axis.
     """
     if before == after:
-        return _beside(mesh, after, -1.0, inset)
-    n = mesh.on_element(before, np.array([1.0]))[1][0]
-    m = mesh.on_element(after, np.array([-1.0]))[1][0]
+        return _beside(mesh, after, 0.0, inset)
+    n, m = mesh.at(np.array([before, after]), np.array([1.0, 0.0]))[1]
     if n @ m > np.cos(np.radians(10.0)):
         return None
     inwards = -(n + m) / max(float(np.hypot(*(n + m))), 1e-12)
     return np.asarray(mesh.start[after] + inset * inwards)
 
 
-def _beside(mesh: CurveMesh, number: int, xi: float, inset: float) -> Array:
-    """Return the point on the axis just inside the element's end `xi`, which lies on the axis."""
-    place, normal = mesh.on_element(number, np.array([xi]))
+def _beside(mesh: CurveMesh, number: int, fraction: float, inset: float) -> Array:
+    """Return the point on the axis just inside the element's end there, at the fraction 0 or 1."""
+    place, normal = mesh.at(np.array([number]), np.array([fraction]))
     return np.asarray((place - inset * normal)[0] * [0.0, 1.0])

@@ -68,6 +68,34 @@ def on_arcs(
     return points, np.sin(turn)[:, None] * tangent - np.cos(turn)[:, None] * left
 
 
+def feet_on_arcs(
+    x: Array,
+    start: Array,
+    end: Array,
+    curvature: Array | float,
+    alpha: Array | float,
+    tangent: Array | None = None,
+) -> tuple[Array, Array]:
+    """Places on arcs nearest to points (n, 2), and the distances from the whole circles or lines.
+
+    The places are coordinates ξ (n,) as those of `on_arcs`, beyond [-1, 1] off the ends. Other
+    arguments are as there.
+    """
+    chord = end - start
+    size = np.hypot(chord[..., 0], chord[..., 1])
+    tangent = chord / size[..., None] if tangent is None else tangent
+    away = x - 0.5 * (start + end)
+    t = away[..., 0] * tangent[..., 0] + away[..., 1] * tangent[..., 1]
+    rise = away[..., 1] * tangent[..., 0] - away[..., 0] * tangent[..., 1]
+    straight = np.equal(curvature, 0.0)
+    radius = 1.0 / np.where(straight, 1.0, curvature)
+    # from the centre of the arc, which is at radius·cos α to the left of the chord's middle
+    across = radius * np.cos(alpha) - rise
+    angle = np.arctan2(np.sign(radius) * t, np.sign(radius) * across)
+    xi = np.where(straight, 2.0 * t / size, angle / np.where(straight, 1.0, alpha))
+    return xi, np.abs(np.where(straight, rise, np.hypot(t, across) - np.abs(radius)))
+
+
 def end_tangents(start: Array, end: Array, alpha: Array) -> tuple[Array, Array]:
     """Unit tangents (n, 2) at the start and at the end of arcs."""
     before, after = (on_arcs(start, end, alpha, np.full(len(start), xi))[1] for xi in (-1.0, 1.0))

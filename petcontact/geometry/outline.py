@@ -19,6 +19,7 @@ from .arcs import (
     arc_lengths,
     check_digits,
     divided,
+    feet_on_arcs,
     half_angles,
     on_arcs,
     perimeter,
@@ -92,18 +93,8 @@ class Side:
     def nearest(self, x: Array) -> Array:
         """Fractions (n,) of the arc length at which the side is nearest to points (n, 2), on arcs
         within a radius."""
-        along, alpha = (self.end - self.start) / self._chord, self.half_angle
-        place = np.asarray(
-            (x - 0.5 * (self.start + self.end)) @ np.array([along, [-along[1], along[0]]]).T
-        )
-        if self.curvature == 0.0:
-            return np.clip(0.5 + place[:, 0] / self._chord, 0.0, 1.0)
-        # from the centre, a distance of cos α/κ to the left of the chord
-        turn = np.arctan2(
-            place[:, 0],
-            math.cos(alpha) / abs(self.curvature) - math.copysign(1.0, alpha) * place[:, 1],
-        )
-        return np.clip(0.5 + 0.5 * turn / abs(alpha), 0.0, 1.0)
+        xi, _ = feet_on_arcs(x, self.start, self.end, self.curvature, self.half_angle)
+        return np.clip(0.5 + 0.5 * xi, 0.0, 1.0)
 
     def reversed(self) -> Side:
         """The side from its end to its start."""

@@ -86,6 +86,8 @@ class BoundaryMesh(abc.ABC):
         @property
         def corners(self) -> Array: ...
         @property
+        def places(self) -> Array: ...
+        @property
         def unit_length(self) -> float: ...
         @property
         def spheres(self) -> tuple[Array, Array]: ...
@@ -156,15 +158,26 @@ class BoundaryMesh(abc.ABC):
         return self.tangents_to(normal)
 
     @abc.abstractmethod
+    def at(self, element: Index, place: Array) -> tuple[Array, Array]:
+        """Return points (q, d) [length] and outward unit normals (q, d) at positions, as in `Hits`,
+        on elements (q,)."""
+
     def variables(self, nodes: Index) -> dict[str, Array]:
         """Return the variables of expressions at nodes, (m,) each.
 
         They are x, y (and z), nx, ny (and nz), and s on curves.
         """
+        places = self.element[nodes], self.places[nodes]
+        return self._named(*places, self.x[nodes], self.normal[nodes])
 
-    @abc.abstractmethod
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
         """Return the variables of expressions at positions, as in `Hits`, on elements (q,)."""
+        return self._named(element, place, *self.at(element, place))
+
+    def _named(self, element: Index, place: Array, x: Array, normal: Array) -> dict[str, Array]:
+        """The variables at points of known coordinates and normals."""
+        names = [f"{letter}{axis}" for letter in ("", "n") for axis in "xyz"[: self.dim]]
+        return dict(zip(names, [*x.T, *normal.T], strict=True))
 
     @abc.abstractmethod
     def faces(self, *parts: str) -> tuple[Index, Faces]:
@@ -236,6 +249,13 @@ class BoundaryMesh(abc.ABC):
     @abc.abstractmethod
     def elements(self, numbers: Index) -> Any:
         """Return elements of one kind as the kernels need them, with their numbers in `index`."""
+
+    def by_kind(self, elements: Index) -> Iterator[tuple[Index, Any]]:
+        """Elements (q,) by their kind: the rows of one, and its elements as the kernels need
+        them."""
+        for kind in np.unique(self.kind[elements]):
+            rows = np.flatnonzero(self.kind[elements] == kind)
+            yield rows, self.elements(elements[rows])
 
     @abc.abstractmethod
     def targets(self, nodes: Index | slice) -> Any:

@@ -140,8 +140,8 @@ class CurveMesh(BoundaryMesh):
     @functools.cached_property
     def spheres(self) -> tuple[Array, Array]:
         """As in `BoundaryMesh`; the radius is half the length."""
-        middle = self.variables_at(np.arange(self.n_elements), np.full(self.n_elements, 0.5))
-        return np.column_stack([middle["x"], middle["y"]]), 0.5 * self.length
+        middle = self.at(np.arange(self.n_elements), np.full(self.n_elements, 0.5))[0]
+        return middle, 0.5 * self.length
 
     @staticmethod
     def normals_through(x: Array, direction: Array) -> Array:
@@ -157,31 +157,27 @@ class CurveMesh(BoundaryMesh):
     @property
     def arc_length(self) -> Array:
         """Arc length of each node along its part, (n,) [length]."""
-        return self.side_start[self.element] + 0.5 * (1.0 + self.xi) * self.length[self.element]
+        return self.side_start[self.element] + self.places * self.length[self.element]
 
     @staticmethod
     def tangents_to(normal: Array) -> Array:
         """Return unit vectors (m, 2) turned by +90°, (m, 1, 2)."""
         return np.asarray(np.stack([-normal[:, 1], normal[:, 0]], axis=1)[:, None])
 
-    def variables(self, nodes: Index) -> dict[str, Array]:
-        """Return the variables of expressions: x, y, nx, ny and the arc length s along the part,
-        (m,) each."""
-        (x, y), (nx, ny) = self.x[nodes].T, self.normal[nodes].T
-        return {"x": x, "y": y, "nx": nx, "ny": ny, "s": self.arc_length[nodes]}
+    @property
+    def places(self) -> Array:
+        """Fractions of the arc lengths of their elements at which nodes lie, (n,)."""
+        return np.asarray(0.5 * (1.0 + self.xi))
 
-    def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """Return the variables of expressions at fractions (q,) of the arc lengths of elements
-        (q,)."""
-        x, normal = on_arcs(
-            self.start[element],
-            self.end[element],
-            self.half_angle[element],
-            2.0 * place - 1.0,
-            self.direction[element],
-        )
-        arc_length = self.side_start[element] + place * self.length[element]
-        return {"x": x[:, 0], "y": x[:, 1], "nx": normal[:, 0], "ny": normal[:, 1], "s": arc_length}
+    def at(self, element: Index, place: Array) -> tuple[Array, Array]:
+        """See `BoundaryMesh.at`; places are fractions (q,) of the arc lengths of elements."""
+        ends = self.start[element], self.end[element], self.half_angle[element]
+        return on_arcs(*ends, 2.0 * place - 1.0, self.direction[element])
+
+    def _named(self, element: Index, place: Array, x: Array, normal: Array) -> dict[str, Array]:
+        """The variables, and the arc length s along the part [length]."""
+        s = self.side_start[element] + place * self.length[element]
+        return {**super()._named(element, place, x, normal), "s": s}
 
     def faces(self, *parts: str) -> tuple[Index, Curves]:
         """Return the numbers of the elements of parts, and these elements as curves for contact
@@ -276,16 +272,6 @@ class CurveMesh(BoundaryMesh):
         )
         return np.where(even, pair, -2)
 
-    def on_element(self, number: int, xi: Array) -> tuple[Array, Array]:
-        """Return points (k, 2) of an element at ξ in [-1, 1], and outward normals there."""
-        return on_arcs(
-            self.start[number],
-            self.end[number],
-            self.half_angle[number],
-            xi,
-            self.direction[number],
-        )
-
     def on_elements(self, numbers: Index, xi: Array) -> tuple[Array, Array]:
         """Return points (m, k, 2) of m elements at k values of ξ, and outward normals there."""
         elements, shape = np.repeat(numbers, len(xi)), (len(numbers), len(xi), 2)
@@ -294,6 +280,7 @@ class CurveMesh(BoundaryMesh):
             self.end[elements],
             self.half_angle[elements],
             np.tile(xi, len(numbers)),
+            self.direction[elements],
         )
         return points.reshape(shape), normals.reshape(shape)
 

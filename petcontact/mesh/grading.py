@@ -159,31 +159,18 @@ def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
     by_side: list[list[float]] = [[] for _ in outline.sides]
     within = TOLERANCE * outline.diameter
     for point in options.graded_points:
-        projections = [_project(side, np.array(point)) for side in outline.sides]
-        nearest = min(distance for distance, _ in projections)
+        at = [float(side.nearest(np.array([point]))[0]) for side in outline.sides]
+        feet = [side.point(np.array([t]))[0] for side, t in zip(outline.sides, at, strict=True)]
+        apart = [float(np.hypot(*(foot - point))) for foot in feet]
+        nearest = min(apart)
         if nearest > 1e-6 * outline.diameter:
             raise InputError(
                 f"mesh.graded_points: {list(point)} lies {nearest:.3g} off the boundary"
             )
-        for fractions, (distance, fraction) in zip(by_side, projections, strict=True):
+        for fractions, distance, fraction in zip(by_side, apart, at, strict=True):
             if distance <= nearest + within:
                 fractions.append(fraction)
     return [
         distinct(np.array(fractions), within / side.length, 1.0)
         for fractions, side in zip(by_side, outline.sides, strict=True)
     ]
-
-
-def _project(side: Side, point: Array) -> tuple[float, float]:
-    """Return the distance of a point from a side, and the fraction of the nearest point."""
-    if side.curvature == 0.0:
-        chord = side.end - side.start
-        fraction = float(np.clip((point - side.start) @ chord / (chord @ chord), 0.0, 1.0))
-    else:
-        chord, alpha = side.end - side.start, side.half_angle
-        left = np.array([-chord[1], chord[0]]) / np.hypot(*chord)
-        centre = 0.5 * (side.start + side.end) + left * math.cos(alpha) / side.curvature
-        a, b = side.start - centre, point - centre
-        angle = math.atan2(a[0] * b[1] - a[1] * b[0], a @ b)
-        fraction = float(np.clip(angle / (2.0 * alpha), 0.0, 1.0))
-    return float(np.hypot(*(side.point(np.array([fraction]))[0] - point))), fraction

@@ -164,19 +164,10 @@ class SurfaceMesh(BoundaryMesh):
         # no negative zeros: the box's tangents are the axes themselves
         return np.asarray(np.stack([first, second], axis=1) + 0.0)
 
-    def variables(self, nodes: Index) -> dict[str, Array]:
-        """Return the variables of expressions at nodes, (m,) each."""
-        (x, y, z), (nx, ny, nz) = self.x[nodes].T, self.normal[nodes].T
-        return {"x": x, "y": y, "z": z, "nx": nx, "ny": ny, "nz": nz}
-
-    def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """Return the variables of expressions at local coordinates (q, 2) of panels (q,)."""
+    def at(self, element: Index, place: Array) -> tuple[Array, Array]:
+        """See `BoundaryMesh.at`; places are local coordinates (q, 2) of panels."""
         panels = PanelFaces.from_groups(list(self._groups.values()), element)
-        x, normal = panels.at(np.arange(len(element)), place)
-        return {
-            **dict(zip("xyz", x.T, strict=True)),
-            **dict(zip(("nx", "ny", "nz"), normal.T, strict=True)),
-        }
+        return panels.at(np.arange(len(element)), place)
 
     @staticmethod
     def lower_degree(kind: int, less: int = 1) -> Array:
@@ -186,7 +177,7 @@ class SurfaceMesh(BoundaryMesh):
             reference_nodes(corners, order)[0], reference_nodes(corners, max(order - less, 0))[1]
         )
 
-    @property
+    @functools.cached_property
     def places(self) -> Array:
         """Local coordinates of all nodes on their panels, (n, 2) [-]."""
         result = np.empty((self.n_nodes, 2))
@@ -217,9 +208,7 @@ class SurfaceMesh(BoundaryMesh):
             [np.empty(0, dtype=np.int64)],
             [np.empty(0)],
         )
-        for number in np.unique(self.kind[element]):
-            chosen = np.flatnonzero(self.kind[element] == number)
-            panels = self.elements(element[chosen])
+        for chosen, panels in self.by_kind(element):
             basis = panels.basis(place[chosen][:, None])[:, 0]
             gap = np.abs(place[chosen][:, None] - panels.nodes).max(axis=2)
             hit = gap.min(axis=1) < COINCIDE

@@ -14,7 +14,7 @@ from ..bem.kernel import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
-from ..fields.boundary.places import best_places, located, nodal_places, points_at, sizes
+from ..fields.boundary.places import best_places, located, sizes
 from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import InteriorField, Progress, points_in, stress_across
 from ..fields.stress_state import StressState
@@ -119,7 +119,7 @@ class BodyFields:
     @functools.cached_property
     def samples(self) -> tuple[Index, StressState]:
         """The elements and the state of points of the boundary, see `Evaluated.boundary_state`."""
-        every = zip(nodal_places(self.mesh), best_places(self.mesh), strict=True)
+        every = zip((self.mesh.element, self.mesh.places), best_places(self.mesh), strict=True)
         element, place = (np.concatenate(both) for both in every)
         return element, self.on_boundary(element, place)
 
@@ -234,7 +234,7 @@ def _next_to_boundary(
     layer = LAYER[mesh.order] * sizes(mesh)
     element, place = located(mesh, x, within=layer)
     rows = np.flatnonzero((element >= 0) & np.isfinite(stress).all(axis=(1, 2)))
-    foot, normal = points_at(mesh, element[rows], place[rows])
+    foot, normal = mesh.at(element[rows], place[rows])
     depth = layer[element[rows], None]
     below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
     met = located(mesh, below.reshape(-1, mesh.dim), within=(1.0 - SINGLE) * layer)[0]

@@ -13,7 +13,6 @@ import scipy
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution, volume_solution
 from ..errors import InputError
-from ..fields.boundary.places import nodal_places
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -269,7 +268,7 @@ class Evaluated:
         """Stress (n, 3), in space (n, 6), at the nodes of a body's boundary, components as of
         `stress_at` [stress]."""
         fields = self.body_fields(body, step)
-        return fields.on_boundary(*nodal_places(fields.mesh)).stress
+        return fields.on_boundary(fields.mesh.element, fields.mesh.places).stress
 
 
 def displacement_scale(solution: Evaluated) -> float:

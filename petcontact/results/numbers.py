@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
-from ..fields.boundary.places import points_at, spread_places
+from ..fields.boundary.places import spread_places
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED, first_largest
 from .contact_zones import areas, hidden_slip
@@ -333,7 +333,7 @@ def _between(
     at = places.reshape(-1, *places.shape[2:])
     values = mesh.basis_at(number, at) @ whole
     j = first_largest(values)
-    place = points_at(mesh, number[j : j + 1], at[j : j + 1])[0][0]
+    place = mesh.at(number[j : j + 1], at[j : j + 1])[0][0]
     return values.reshape(len(element), -1).max(axis=1), (float(values[j]), place, int(number[j]))
 
 

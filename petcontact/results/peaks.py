@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Array, Mask, shown
-from ..fields.boundary.places import located, points_at, sizes
+from ..fields.boundary.places import located, sizes
 from ..round_off import SINGLE, SUMMED, first_largest
 from .evaluated import Evaluated
 from .peak_places import places_inside
@@ -208,7 +208,7 @@ class _Samples:
         mesh, axes = self._fields.mesh, np.eye(len(peak.place))
         if peak.part:
             foot = located(mesh, peak.place[None], peak.part, within=sizes(mesh))
-            axes = mesh.tangents_to(points_at(mesh, *foot)[1])[0]
+            axes = mesh.tangents_to(mesh.at(*foot)[1])[0]
         count = round(GRID ** (1.0 / len(axes)))
         grid = np.meshgrid(*[np.linspace(-1.0, 1.0, count)] * len(axes))
         return np.reshape(grid, (len(axes), -1)).T @ axes, 1.0 / count

@@ -12,7 +12,7 @@ from shapes import closing, cuboid, elastic, problem, solid
 from smooth_field import STEEL, boundary_data, exact, meshed
 
 from petcontact import Contact, Cylinder, Material, MeshOptions, Polygon, Problem, Sphere
-from petcontact.fields.boundary.places import best_places, located, nodal_places
+from petcontact.fields.boundary.places import best_places, located
 from petcontact.fields.boundary.stress import BoundaryField, components
 from petcontact.fields.interior import field_at
 from petcontact.geometry.surface import BoxSurface
@@ -56,7 +56,7 @@ def everywhere(mesh, count, rng):
 def test_exact_data_on_arcs_and_straight_sides(order, size, bound, plane):
     mesh, material = meshed(order=order, element_size=size), Material(200.0, 0.3, plane)
     field = BoundaryField(mesh, *boundary_data(mesh, material), material)
-    for element, place in (nodal_places(mesh), best_places(mesh)):
+    for element, place in ((mesh.element, mesh.places), best_places(mesh)):
         x = at(mesh, element, place)
         assert np.abs(at(mesh, *located(mesh, x)) - x).max() < 1e-13
         stress = exact(x, material)[1]
@@ -86,7 +86,11 @@ def test_exact_data_on_panels(order, size, bounds):
     mesh = box_mesh(CUBE, lambda part: size, order, 1.0)
     u, stress = kelvin(mesh.x)
     field = BoundaryField(mesh, u, np.einsum("nij,nj->ni", stress, mesh.normal), SOFT)
-    places = nodal_places(mesh), best_places(mesh), everywhere(mesh, 4, np.random.default_rng(0))
+    places = (
+        (mesh.element, mesh.places),
+        best_places(mesh),
+        everywhere(mesh, 4, np.random.default_rng(0)),
+    )
     for (element, place), bound in zip(places, bounds, strict=True):
         wanted = components(kelvin(at(mesh, element, place))[1])
         assert np.abs(field.at(element, place)[2] - wanted).max() < bound * np.abs(wanted).max()
@@ -172,7 +176,7 @@ def test_large_panels_beside_crowds_of_small_ones_tell_no_peak_that_is_elsewhere
         spot = (0.0, 0.0, 1.0)
     mesh, above = refined(mesh, spot, 6, 0.4), (*spot[:2], 1.05)
     load = lambda x: kelvin(x, (0.015, -0.025, 0.05), above)  # noqa: E731
-    assert stress_error(mesh, load, *nodal_places(mesh)) < bound
+    assert stress_error(mesh, load, mesh.element, mesh.places) < bound
 
 
 def straight(kind, order, rng):
@@ -258,7 +262,7 @@ def test_a_kink_at_the_end_of_a_state_is_not_smoothed():
         2.0 * STEEL.shear_modulus / (1.0 - STEEL.plane_strain_ratio) * 1e-3,
         0.0,
     )
-    places = mesh.element[here], nodal_places(mesh)[1][here]
+    places = mesh.element[here], mesh.places[here]
     assert (
         np.abs(BoundaryField(mesh, u, free, STEEL, state).at(*places)[2][:, 0] - wanted).max()
         < 1e-12

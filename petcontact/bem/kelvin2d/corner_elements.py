@@ -61,7 +61,7 @@ def corner_columns(
         stress[0] = 0.0
         force = own * float(mesh.length[number]) * (ends[1] / own) ** power / power
         share = ends[1] * power / (1.0 + power)
-        points = mesh.on_element(number, np.array([_xi(mesh, number, share)]))[0]
+        points = _on_element(mesh, number, np.array([share]))
         gain_g = np.einsum("ijkm,k->ijm", shaped_g, stress.ravel()) - constant_g[:, :, 0]
         for j, unit in enumerate(np.eye(kernel.dim)):
             gain_g[:, j] += kernel.point_displacement(
@@ -84,7 +84,7 @@ def _pieces(mesh: CurveMesh, number: int, own: float) -> tuple[Array, Elements]:
     count = int(np.ceil(np.log(first) / np.log(RATIO)))
     outward = first ** (1.0 - np.arange(count + 1) / count)
     ends = np.concatenate([[0.0], own * inward, outward])
-    points = mesh.on_element(number, _xi(mesh, number, ends))[0]
+    points = _on_element(mesh, number, ends)
     start, end = (
         (points[:-1], points[1:]) if mesh.power[number] > 0.0 else (points[1:], points[:-1])
     )
@@ -95,6 +95,7 @@ def _pieces(mesh: CurveMesh, number: int, own: float) -> tuple[Array, Elements]:
     return ends, Elements(start, end, curvature, ORDER, line, index)
 
 
-def _xi(mesh: CurveMesh, number: int, share: Array | float) -> Array:
-    """Return the coordinates on an element for shares of its length from its corner."""
-    return np.asarray((2.0 * np.asarray(share) - 1.0) * np.sign(mesh.power[number]))
+def _on_element(mesh: CurveMesh, number: int, shares: Array) -> Array:
+    """Return the points (k, 2) of an element at shares of its length from its corner [length]."""
+    xi = (2.0 * shares - 1.0) * np.sign(mesh.power[number])
+    return np.asarray(mesh.on_elements(np.array([number]), xi)[0][0])

@@ -8,7 +8,6 @@ from ...arrays import Array, Index
 from ...mesh.basis import best_slopes, lagrange_slopes
 from ...mesh.curve_mesh import CurveMesh
 from ..joints import runs_on
-from .gradients import tangents
 
 MOST_POINTS, BEYOND = 5, 2
 """Largest number of points on an element, and on each of its neighbours."""
@@ -99,15 +98,15 @@ class CurveSlopes:
         slope = self._with_linear(
             np.einsum("qj,qjk->qk", basis, self._slope[element]), element, place
         )
-        return np.asarray(slope[:, : self._count, None] * tangents(mesh, element, place)[:, None])
+        along = mesh.tangents_to(mesh.at(element, place)[1])
+        return np.asarray(slope[:, : self._count, None] * along)
 
     def _with_linear(self, slopes: Array, element: Index, place: Array) -> Array:
         """Return slopes (..., k + 2) of the values and the position that are exact for linear
         parts."""
         if slopes.shape[-1] == self._count:
             return slopes
-        along = tangents(self._mesh, element.ravel(), place.ravel()).reshape(
-            (*slopes.shape[:-1], 2)
-        )
+        normal = self._mesh.at(element.ravel(), place.ravel())[1]
+        along = self._mesh.tangents_to(normal).reshape((*slopes.shape[:-1], 2))
         lost = np.einsum("...ka,...a->...k", self._linear[element], along - slopes[..., -2:])
         return np.concatenate([slopes[..., :-2] + lost, along], axis=-1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array, Index
-from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 
 
@@ -28,19 +27,12 @@ def surface_gradient(mesh: SurfaceMesh, values: Array, element: Index, place: Ar
         Gradient of each value in the tangent plane, along the coordinate axes [1/length].
     """
     result = np.empty((len(element), values.shape[1], 3))
-    for kind in np.unique(mesh.kind[element]):
-        mine = np.flatnonzero(mesh.kind[element] == kind)
-        panels, local = mesh.elements(element[mine]), place[mine][:, None]
-        nodes = mesh.first_node[element[mine]][:, None] + np.arange(panels.n_nodes)
+    for rows, panels in mesh.by_kind(element):
+        local = place[rows][:, None]
+        nodes = mesh.first_node[element[rows]][:, None] + np.arange(panels.n_nodes)
         by_place = np.einsum("qbc,qbk->qkc", panels.basis_slopes(local)[:, 0], values[nodes])
         vectors = panels.tangent_vectors(local)[:, 0]
         # the dual of two vectors: g^ab t_b
         metric = np.einsum("qac,qbc->qab", vectors, vectors)
-        result[mine] = by_place @ np.linalg.solve(metric, vectors)
+        result[rows] = by_place @ np.linalg.solve(metric, vectors)
     return result
-
-
-def tangents(mesh: CurveMesh, element: Index, place: Array) -> Array:
-    """Return unit vectors (q, 2) along curves, with the body on their left."""
-    variables = mesh.variables_at(element, place)
-    return np.column_stack([-variables["ny"], variables["nx"]])

@@ -19,7 +19,7 @@ from ...arrays import Array, Mask
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...round_off import HALF, SUMMED
-from .places import middles, points_at
+from .places import middles
 
 
 def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
@@ -45,7 +45,7 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
     if not len(elements):
         return result
     counts = np.diff(mesh.first_node)[elements]
-    middle, normal = points_at(mesh, elements, middles(mesh)[1][elements])
+    middle, normal = mesh.at(elements, middles(mesh)[1][elements])
     # five nodes for each coefficient, in addition to those of the element
     count = min(5 * (d + 1), mesh.n_nodes)
     near = scipy.spatial.cKDTree(mesh.x).query(middle, k=count)[1].reshape(len(elements), -1)

@@ -8,7 +8,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...mesh.surface_mesh import SurfaceMesh
 from .gradients import surface_gradient
-from .places import best_places, middles, points_at, sizes
+from .places import best_places, middles, sizes
 
 SAMPLES = 2.0
 """Number of samples over that of the coefficients of a fit [-]."""
@@ -45,8 +45,8 @@ class PanelSlopes:
         self._linear = linear
         self._owner, place = best_places(mesh)
         self._sample = self._own(self._owner, place)
-        self._x, self._normal = points_at(mesh, self._owner, place)
-        self._middle, self._middle_normal = points_at(mesh, *middles(mesh))
+        self._x, self._normal = mesh.at(self._owner, place)
+        self._middle, self._middle_normal = mesh.at(*middles(mesh))
         self._level = np.floor(np.log2(sizes(mesh)) + 0.5).astype(np.int64)
         # those of a lower degree come first
         degrees = range(int(mesh.order.max()) + 2)
@@ -61,7 +61,7 @@ class PanelSlopes:
         result = self._own(element, place)
         rows = np.flatnonzero(self._has_fit[element])
         element, place = element[rows], place[rows]
-        local = self._local(element, points_at(self._mesh, element, place)[0][:, None])[:, 0]
+        local = self._local(element, self._mesh.at(element, place)[0][:, None])[:, 0]
         fitted = np.einsum("qj,qjg->qg", _powers(local, self._exponents), self._fit[element])
         slopes = fitted.reshape(len(rows), *result.shape[1:])
         result[rows] = self._with_linear(slopes, element, place)
@@ -94,7 +94,7 @@ class PanelSlopes:
     def _with_linear(self, slopes: Array, element: Index, place: Array) -> Array:
         """Return slopes of the values and the position that are exact for linear parts,
         (q, k + 3, 3)."""
-        normal = points_at(self._mesh, element, place)[1]
+        normal = self._mesh.at(element, place)[1]
         plane = np.eye(3) - normal[:, :, None] * normal[:, None]
         return np.concatenate(
             [slopes[:, :-3] + self._linear[element] @ (plane - slopes[:, -3:]), plane], axis=1

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
+from ...geometry.arcs import feet_on_arcs
 from ...linalg.nearest import within as within_reach
 from ...mesh.basis import best_slopes
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -68,22 +69,13 @@ def sizes(mesh: BoundaryMesh) -> Array:
     return mesh.spheres[1]
 
 
-def points_at(mesh: BoundaryMesh, element: Index, place: Array) -> tuple[Array, Array]:
-    """Return points (q, d) [length] and outward unit normals (q, d) at places of elements."""
-    variables = mesh.variables_at(element, place)
-    x, normal = (
-        np.column_stack([variables[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n")
-    )
-    return x, normal
-
-
 def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
     """Return the foot of a point (d,) on the boundary, and the elements that meet there.
 
     The point may be up to `within` away from the boundary [length].
     """
     element, place = located(mesh, x[None], within=np.full(mesh.n_elements, within))
-    foot = points_at(mesh, element, place)[0][0]
+    foot = mesh.at(element, place)[0][0]
     centre, radius = mesh.spheres
     return foot, np.flatnonzero(np.linalg.norm(centre - foot, axis=1) < (1.0 + SINGLE) * radius)
 
@@ -98,18 +90,8 @@ def _on(
     negative outside. Points with one number `row`, increasing (q,), are one point, of which the
     nearest element within its reach (q,) is looked for; others need no feet.
     """
-    along = mesh.direction[element]
-    left = np.column_stack([-along[:, 1], along[:, 0]])
-    away = x - 0.5 * (mesh.start[element] + mesh.end[element])
-    t, rise = np.sum(away * along, axis=1), np.sum(away * left, axis=1)
-    bend, half = mesh.curvature[element], mesh.half_angle[element]
-    straight = bend == 0.0
-    radius = 1.0 / np.where(straight, 1.0, bend)
-    # from the centre of the arc, which is at radius·cos(half) to the left of the chord's middle
-    across = radius * np.cos(half) - rise
-    angle = np.arctan2(np.sign(radius) * t, np.sign(radius) * across)
-    xi = np.where(straight, 2.0 * t / mesh.length[element], angle / np.where(straight, 1.0, half))
-    distance = np.abs(np.where(straight, rise, np.hypot(t, across) - np.abs(radius)))
+    shapes = mesh.start, mesh.end, mesh.curvature, mesh.half_angle, mesh.direction
+    xi, distance = feet_on_arcs(x, *(values[element] for values in shapes))
     return np.clip(0.5 * (1.0 + xi), 0.0, 1.0), distance, 0.5 * (1.0 - np.abs(xi))
 
 
@@ -127,10 +109,9 @@ def _(
     # panels whose sphere is farther away than the first one's foot are not nearer
     for chosen in (first, np.flatnonzero(rest)):
         chosen = chosen[least[chosen] <= nearest[row[chosen]]]
-        for kind in np.unique(mesh.kind[element[chosen]]):
-            some = chosen[mesh.kind[element[chosen]] == kind]
-            feet = mesh.elements(element[some]).feet(x[some])
-            place[some], distance[some], depth[some] = feet
+        for rows, panels in mesh.by_kind(element[chosen]):
+            some = chosen[rows]
+            place[some], distance[some], depth[some] = panels.feet(x[some])
         on = chosen[(distance[chosen] < reach[chosen]) & (depth[chosen] > -SINGLE)]
         nearest[row[on]] = distance[on]
     return place, distance, depth
@@ -189,9 +170,7 @@ def spread_places(mesh: Any, element: Index, shares: Array) -> Array:
 def _(mesh: SurfaceMesh, element: Index, shares: Array) -> Array:
     one, other = (each.ravel() for each in np.meshgrid(shares, shares, indexing="ij"))
     places = np.empty((len(element), len(one), 2))
-    for kind in np.unique(mesh.kind[element]):
-        mine = np.flatnonzero(mesh.kind[element] == kind)
-        panels = mesh.elements(element[mine])
+    for rows, panels in mesh.by_kind(element):
         # triangles are the square folded along its diagonal
         over = one + other > 1.0
         reference = (
@@ -199,7 +178,7 @@ def _(mesh: SurfaceMesh, element: Index, shares: Array) -> Array:
             if panels.n_corners == 3
             else np.column_stack([2.0 * one - 1.0, 2.0 * other - 1.0])
         )
-        places[mine] = panels.mapped(reference)
+        places[rows] = panels.mapped(reference)
     return places
 
 
@@ -217,21 +196,3 @@ def _(mesh: SurfaceMesh) -> tuple[Index, Array]:
         reference = np.full((1, 2), 1.0 / 3.0 if batch.elements.n_corners == 3 else 0.0)
         place[batch.elements.index] = batch.elements.mapped(reference)[:, 0]
     return numbers, place
-
-
-def nodal_places(mesh: BoundaryMesh) -> tuple[Index, Array]:
-    """Return the element (n,) and the place of each node of a mesh."""
-    return mesh.element, _nodal(mesh)
-
-
-@functools.singledispatch
-def _nodal(mesh: Any) -> Array:
-    return np.asarray(0.5 * (1.0 + mesh.xi))
-
-
-@_nodal.register
-def _(mesh: SurfaceMesh) -> Array:
-    place = np.empty((mesh.n_nodes, 2))
-    for batch in mesh.batches():
-        place[batch.nodes] = batch.elements.nodes.reshape(-1, 2)
-    return place

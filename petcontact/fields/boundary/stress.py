@@ -21,7 +21,6 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Material
 from ..smoothing import smoothed
 from .linear import linear_parts
-from .places import points_at
 from .recovery import Slopes, slopes_of
 
 
@@ -81,7 +80,7 @@ class BoundaryField:
 
         The components are those of `field_at`.
         """
-        x, normal = points_at(self._mesh, element, place)
+        x, normal = self._mesh.at(element, place)
         u, smooth, traction = np.hsplit(
             self._mesh.basis_at(element, place) @ self._nodal,
             np.cumsum([self._mesh.components, self._mesh.dim]),

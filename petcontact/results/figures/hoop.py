@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...fields.boundary.gradients import tangents
 from ...fields.boundary.places import best_places
 from ...fields.stress_state import StressState
 from ...mesh.curve_mesh import CurveMesh, as_curve
@@ -86,6 +85,6 @@ def hoop_stress(mesh: CurveMesh, element: Index, place: Array, state: StressStat
 
     `state` is the stress at these places.
     """
-    x, y = tangents(mesh, element, place).T
+    x, y = mesh.tangents_to(mesh.at(element, place)[1])[:, 0].T
     xx, yy, xy = state.in_plane.T
     return np.asarray(xx * x * x + yy * y * y + 2.0 * xy * x * y)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...fields.boundary.places import points_at
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import legend_below, plain
 from ..data import SolutionData
@@ -116,7 +115,7 @@ def _middle(mesh: CurveMesh, part: str) -> tuple[Array, Array] | None:
     way = np.cumsum(mesh.length[longest])
     k = int(np.searchsorted(way, 0.5 * way[-1]))
     within = 1.0 - (way[k] - 0.5 * way[-1]) / mesh.length[longest[k]]
-    x, normal = points_at(mesh, longest[k : k + 1], np.array([within]))
+    x, normal = mesh.at(longest[k : k + 1], np.array([within]))
     return x[0], normal[0]
 
 

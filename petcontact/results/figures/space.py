@@ -9,7 +9,6 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...contact.law_protocol import OPEN, STICK
-from ...fields.boundary.places import points_at
 from ...mesh.surface_mesh import as_surface
 from ...runtime.figure_style import STATES, draw_states, label, legend_below, plain
 from ..data import SolutionData
@@ -187,7 +186,7 @@ def _shade(
     colours = band_colours(shown, top)
     # between the nodes a polynomial passes what it has at them
     between = np.clip(mesh.basis_at(places.element, places.place) @ nodal, shown.min(), shown.max())
-    x = chart.at(points_at(mesh, places.element, places.place)[0], places.element)
+    x = chart.at(mesh.at(places.element, places.place)[0], places.element)
     axes.tricontourf(
         Triangulation(*x.T, triangles),
         between,

@@ -11,7 +11,6 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN
-from ...fields.boundary.places import points_at
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import label, plain
 from ..data import SolutionData
@@ -65,7 +64,7 @@ def sampled(solution: SolutionData, sample: Sample) -> dict[str, Sampled]:
         places, triangles, rims = small_triangles(
             surface, round(TRIANGLES * mesh.n_elements / count)
         )
-        x, normal = points_at(mesh, places.element, places.place)
+        x, normal = mesh.at(places.element, places.place)
         u = mesh.basis_at(places.element, places.place) @ solution.bodies[name].u
         result[name] = Sampled(x, normal, u, sample(name, surface, places), triangles, rims)
     return result
@@ -243,7 +242,7 @@ def draw_nets(
         places, _, rims = small_triangles(as_surface(mesh), TRIANGLES, faces)
         nodal = np.zeros((mesh.n_nodes, 3))
         nodal[nodes] = offset
-        x, normal = points_at(mesh, places.element, places.place)
+        x, normal = mesh.at(places.element, places.place)
         x = x + mesh.basis_at(places.element, places.place) @ nodal
         seen = np.isfinite(x[:, 0]) & (normal @ eye > 0.0)
         lines += [*x[rims[seen[rims].all(axis=1)]]]

@@ -11,7 +11,6 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
-from ...fields.boundary.places import points_at
 from ...geometry.rotation import MOTIONS
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.bodies import Displacement, Symmetry, Traction
@@ -215,7 +214,7 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
             for elements in stretches(curve, part):
                 rows = np.repeat(elements, len(WITHIN))
                 place = np.tile(WITHIN, len(elements))
-                x, normal = points_at(curve, rows, place)
+                x, normal = curve.at(rows, place)
                 basis = curve.basis_at(rows, place)
                 yield _Side(
                     x + view.factor * (basis @ found.u[:, :2]),

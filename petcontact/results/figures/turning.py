@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...fields.boundary.places import points_at
 from ...fields.stress_state import StressState
 from ...geometry.rotation import lifted
 from ...mesh.curve_mesh import CurveMesh
@@ -211,7 +210,7 @@ def _(
 ) -> tuple[dict[str, Any], list[Fields]]:
     share = mesh.n_elements / sum(other.n_elements for other in solution.meshes.values())
     places, triangles, rims = small_triangles(mesh, round(TRIANGLES * share))
-    x, normal = points_at(mesh, places.element, places.place)
+    x, normal = mesh.at(places.element, places.place)
     basis, fields = mesh.basis_at(places.element, places.place), []
     contact = {
         pair: np.isin(places.element, mesh.element[nodes])

@@ -72,8 +72,7 @@ def small_triangles(
     # four pieces along a side at most
     count = int(np.clip(np.sqrt(most / (2.0 * len(chosen))), 1, 4))
     pieces, triangles, rims, first = [], [], [], 0
-    for number in np.unique(mesh.kind[chosen]):
-        panels = mesh.elements(chosen[mesh.kind[chosen] == number])
+    for _, panels in mesh.by_kind(chosen):
         reference, tiles, rim = _tiling(
             3 if int(mesh.kind[panels.index[0]]) & TRIANGLE else 4, count
         )
