@@ -151,7 +151,7 @@ def _sides(
     mesh, data = operators.mesh, operators.data
     tangents = frame[0, :2]
     panels = np.unique(mesh.element[nodes])
-    corners = [elements.corners.reshape(-1, 3) for _, elements in mesh.by_kind(panels)]
+    corners = [of_kind[1].corners.reshape(-1, 3) for of_kind in mesh.by_kind(panels)]
     reach = np.concatenate(corners) @ tangents.T
     low, high = reach.min(axis=0), reach.max(axis=0)
     area = float(np.prod(high - low))
