@@ -30,9 +30,6 @@ from ..judge.thickness import bending_error, held_nodes
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
 """Error of u_t over its tail, for orders 0, 1, 2 and above [-]. The factors are fitted to the runs
 of scripts/verify_space."""
-LEAST = (0.26, 0.42)
-"""Least ratio of the next degrees of u to the last one, for orders 2 and 3 [-]. It is that of x ln
-x, the displacement near the edges of loaded faces: its Legendre coefficients fall as k^-3."""
 SECOND = 9.2
 """Error of u_t on linear contact elements over the square of `OF_SLIP` times its tail, all relative
 to u_t [-]. The error falls as h², the tail as h."""
@@ -319,11 +316,11 @@ class TailErrors:
         """Return the squared error of u_t after a step in bilateral contact, from each element.
 
         In the contact it is that of the tail of u. Where a whole element slips, u is smooth. There
-        the next degree is extrapolated: its ratio to the tail is the ratio of the tail to the
-        degree below, at least `LEAST`. On linear elements the degree below is u_t itself. Errors of
-        other faces move the elements that slip. Those from the tails of u fade with the distance.
-        Those from the tails of tractions, which are infinite along edges of clamped faces, do not
-        fade.
+        the error is at least the next degree, which is extrapolated: its ratio to the tail is the
+        ratio of the tail to the degree below. On linear elements the degree below is u_t itself.
+        Errors of other faces move the elements that slip. Those from the tails of u fade with the
+        distance. Those from the tails of tractions, which are infinite along edges of clamped
+        faces, do not fade.
 
         Returns
         -------
@@ -357,8 +354,7 @@ class TailErrors:
         if higher.any():
             last = area[higher] * tails.left(body.u, 1)[higher] ** 2
             two = area[higher] * tails.left(body.u, 2)[higher] ** 2
-            least = np.array(LEAST)[np.minimum(mesh.order[higher], 3) - 2]
-            of_u[higher] = last * np.maximum(last.sum() / max(two.sum(), TINY), least**2)
+            of_u[higher] = np.maximum(of_u[higher], last * last.sum() / max(two.sum(), TINY))
         return np.where(contact, of_u, share * of_others)
 
 
