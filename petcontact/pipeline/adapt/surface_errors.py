@@ -50,8 +50,6 @@ EVENLY, EVEN = 0.4, 0.1
 """Error of resultants over the error of a nearly uniform p, which has one sign everywhere: 0.24 and
 0.32 for a ring on a shaft. `EVEN` is the largest variance of such a p over the square of its
 mean."""
-SURELY = 2.0
-"""Distance of σ_t from the friction bound, in its estimated errors, at which slip is excluded."""
 
 
 class TailErrors:
@@ -367,9 +365,9 @@ def _is_even(pair: PairResult, weight: Array) -> bool:
 def _sticks(pair: PairResult) -> bool:
     """Return whether u_t = 0 is exact.
 
-    Nothing slips, and nothing would slip if σ_t were larger by several times its estimated error.
+    Nothing slips, and nothing would slip if σ_t were larger by its estimated error.
     """
-    shear = np.linalg.norm(pair.sigma_t, axis=1) + SURELY * _errors(pair)[1]
+    shear = np.linalg.norm(pair.sigma_t, axis=1) + _errors(pair)[1]
     return not np.any(pair.state == SLIP) and bool(np.all(shear < pair.bound))
 
 
