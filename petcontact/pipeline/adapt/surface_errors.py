@@ -46,10 +46,10 @@ BESIDE = (1.0, 1.77, 1.3, 1.0)
 [-]. A body that is too stiff as a whole, as its bending is of the next order, has no tails that
 show it. The factors are the ratios that nine of ten problems of `scripts/verify_space --only
 others` do not exceed (seed 51, 20 problems, and seed 52, 40 problems); none is of order 0."""
-EVENLY, EVEN = 0.4, 0.1
-"""Error of resultants over the error of a nearly uniform p, which has one sign everywhere: 0.24 and
-0.32 for a ring on a shaft. `EVEN` is the largest variance of such a p over the square of its
-mean."""
+EVEN = 0.1
+"""Largest variance over the square of its mean of a nearly uniform p, whose error has one sign
+everywhere [-]. By Cauchy and Schwarz resultants are then wrong by up to the error of p: 0.24 and
+0.32 times it for a ring on a shaft."""
 
 
 class TailErrors:
@@ -201,7 +201,7 @@ class TailErrors:
             # an overlap between nodes in contact means that p and the forces are too small
             lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
             lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
-            of_resultants = worst**2 + EVENLY * even + self.shared + unseen
+            of_resultants = worst**2 + even + self.shared + unseen
             return min(max(math.hypot(worst, self._of_bodies), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0
             )
