@@ -23,9 +23,9 @@ from ...results.solution import Solution
 from ..judge.first_panels import lowest_between
 from ..steps.increment import PreparedProblem
 
-RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
-"""Estimated error for each number of rings around the core of a contact, measured on Hertz' contact
-by scripts/verify_space --only adaptive."""
+RINGS = (0.09, 0.04, 0.02)
+"""Estimated error with one, two and three rings around the core of a contact, measured on Hertz'
+contact by scripts/verify_space --only adaptive."""
 FALL = 0.15
 """Largest ratio of the estimate with new rings to the present one. A smaller estimate means that
 the edge is known better."""
@@ -100,7 +100,7 @@ class EllipticContacts:
             if asked is None:
                 continue
             count, zone = asked
-            last = RINGS[count] <= errors[1] or count == max(RINGS)
+            last = RINGS[count - 1] <= errors[1] or count == len(RINGS)
             pair = step_ends(solution.steps or solution.tried)[-1].pairs[name]
             stick = (
                 stick_of(pair.x, pair.weight, pair.state, pair.slip_increment, zone)
@@ -127,10 +127,11 @@ class EllipticContacts:
     ) -> tuple[int, ContactEllipse] | None:
         """Return the number of rings of a contact and its zone; None if rings are of no use."""
         estimate, wanted = errors
-        more = [n for n in self._possible(name) if RINGS[n] < estimate]
+        more = [n for n in self._possible(name) if RINGS[n - 1] < estimate]
         if not more or solution.kind == "bilateral":
             return None
-        count = next((n for n in more if RINGS[n] <= max(wanted, FALL * estimate)), more[-1])
+        enough = max(wanted, FALL * estimate)
+        count = next((n for n in more if RINGS[n - 1] <= enough), more[-1])
         pairs = [step.pairs[name] for step in step_ends(solution.steps or solution.tried)]
         closed = np.any([pair.pressure > 0.0 for pair in pairs], axis=0)
         zone = small or zone_of(pairs[-1].x, pairs[-1].weight, pairs[-1].pressure, closed)
@@ -142,7 +143,8 @@ class EllipticContacts:
     def _possible(self, name: str) -> list[int]:
         """Return the rings that a contact may get: not fewer than before, the same ones twice."""
         made = [n for n, _ in self._made[name]]
-        return [n for n in RINGS if n >= max(made, default=0) and made.count(n) < 2]
+        counts = range(max(made, default=1), len(RINGS) + 1)
+        return [n for n in counts if made.count(n) < 2]
 
     def _filled(
         self,
