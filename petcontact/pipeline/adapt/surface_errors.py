@@ -257,9 +257,9 @@ class TailErrors:
         even = error if _is_even(pair, weight) else 0.0
         return error, even, math.sqrt(float(rough.sum()) / size)
 
-    def off_contact(self) -> float:
-        """Return the largest relative error of p from overlaps on elements without nodes in
-        contact [-]."""
+    def are_off_contact(self, estimate: float) -> bool:
+        """Return whether more of the squared error of p is that of overlaps on elements without
+        nodes in contact than of anything else, by the estimated error of p [-]."""
         worst = 0.0
         for step in step_ends(self.solution.steps):
             for number, side in enumerate(self._sides):
@@ -267,8 +267,8 @@ class TailErrors:
                 rough = self.gap_squares(step, number).copy()
                 rough[mesh.element[self.solution.nodes[side.name][pair.state != OPEN]]] = 0.0
                 size = float(self.weight(side, step) @ pair.size**2)
-                worst = max(worst, math.sqrt(rough.sum() / size) if size else 0.0)
-        return worst
+                worst = max(worst, float(rough.sum()) / size if size else 0.0)
+        return worst > estimate**2 - worst
 
     def weight(self, side: PosedInterface, step: StepResult) -> Array:
         """Return the weights of an interface's nodes (m,), faded out towards the rim of the part

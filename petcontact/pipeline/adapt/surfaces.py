@@ -38,9 +38,6 @@ from .surface_errors import TailErrors
 
 SHARE = 0.9
 """Share of the sum of squared errors whose panels are cut [-]."""
-ELSEWHERE = 0.7
-"""Share of the estimate from overlaps off the contact from which rings are of no use [-]: half of
-its square."""
 
 
 class PanelTails:
@@ -112,7 +109,7 @@ class PanelTails:
         self._estimates.append(self.estimate)
         # rings around one contact mend no error of another one that no node sees
         if self.estimate > self.wanted and (
-            errors.off_contact() > ELSEWHERE * self.estimate or not self._follows(solution)
+            errors.are_off_contact(self.estimate) or not self._follows(solution)
         ):
             steps = step_ends(solution.steps)
             by_step = [self._squares(errors, step) for step in steps]
