@@ -17,11 +17,11 @@ from ...round_off import WRITTEN
 from .findings import limit_of, new_finding
 from .thickness import SHARE, slenderness
 
-LARGEST = (4.0, 4.0, 5.0)
-"""Largest accepted size of elements over the thickness behind them, for orders 0, 1 and above [-].
-Plates and beams of order 2 bend by 0.56 to 1.18 of the theory up to 5, and by any amount beyond.
-Order 1 deflects clamped plates by 1.06 of the theory up to 1.25, and without bending it is right up
-to 4. Constant elements lose equilibrium above 4."""
+LARGEST = 4.0
+"""Largest accepted size of elements over the thickness behind them [-]. Constant elements lose
+equilibrium above it. Order 1 deflects clamped plates by 1.06 of the theory up to 1.25, and without
+bending it is right up to 4. Plates and beams of order 2 bend by 0.56 to 1.18 of the theory up to 5,
+and by any amount beyond."""
 STIFF = 0.75
 """Size over thickness from which bending is wrong by a tenth, over the order, which counts as two
 at least [-]; a warning. A cantilever of length 20 and thickness 1 bends by 0.912, 0.906, 0.908 and
@@ -61,8 +61,7 @@ def check_meshes(
         if not adapted or boundary.meshed:
             findings += _distorted(name, mesh)
         ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
-        limit = np.array(LARGEST)[np.minimum(mesh.order, 2)]
-        largest, over = float(ratio.max(initial=0.0)), ratio > limit
+        largest, over = float(ratio.max(initial=0.0)), ratio > LARGEST
         text = (
             f"elements of body {name!r} are up to {largest:.3g} times as large as the body is "
             f"thick behind them"
@@ -71,16 +70,14 @@ def check_meshes(
             size = float((area[over] ** (1.0 / (mesh.dim - 1)) / ratio[over]).min())
             # the program cannot change the panels of a file
             how = "mesh the file anew with cells" if boundary.meshed else "choose an element_size"
-            order = f", or order {len(LARGEST) - 1}" if np.all(ratio[over] <= LARGEST[-1]) else ""
             findings.append(
                 new_finding(
                     "thickness",
-                    f"{text}, of order {int(mesh.order[over].min())} at most "
-                    f"{limit[over].min():g} is solved",
+                    f"{text}, at most {LARGEST:g} is solved",
                     "mesh",
-                    advice=f"{how} of about {size:.3g} there{order}",
+                    advice=f"{how} of about {size:.3g} there",
                     measured=largest,
-                    limit=float(limit[over].min()),
+                    limit=LARGEST,
                 )
             )
         elif area[ratio > stiff_size(mesh.order)].sum() > SHARE * area.sum():
