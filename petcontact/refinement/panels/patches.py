@@ -21,8 +21,6 @@ from .hanging import numbered
 from .quartering import cut, parents
 from .zone import ContactEllipse
 
-CLEAR = 1.1
-"""Least distance of the rim of a patch from the centre over that of the edge [-]."""
 AROUND = (1.25, 1.5, 2.0)
 """Distances from the centre over that of the edge [-]. Panels within one of them may be a patch;
 the first one with a good rim is taken. The rectangle on a face of a box has half sides of the
@@ -297,8 +295,8 @@ def _rim(
     """Return the rim of panels around a zone, with wide sides halved, and the counts of the inner
     grid.
 
-    The result is None unless the rim is one loop whose points are all seen from the centre at good
-    angles.
+    The result is None unless the rim is one loop outside the zone whose points are all seen from
+    the centre at good angles.
     """
     loop = _loop(mesh, panels)
     if loop is None:
@@ -318,8 +316,7 @@ def _rim(
     t = np.concatenate([np.arange(2 * count)[:, None] / (2 * count) for count in pieces.tolist()])
     start, middle, stop = np.repeat(loop, 2 * pieces, axis=1)
     rim = on_side(start, middle, stop, t)
-    reach = np.linalg.norm(zone.local(rim), axis=1)
-    if reach.min() < CLEAR:
+    if np.linalg.norm(zone.local(rim), axis=1).min() < 1.0:
         return None
     counts = len(rim) // 8, len(rim) // 4 - len(rim) // 8
     # choose the corners of the inner grid as far from one another as possible
