@@ -54,9 +54,15 @@ class Budget:
 
 BUDGETS = {False: Budget(4000, 10.0), True: Budget(30_000, 200.0)}
 """Budgets in space for one or two bodies, by whether the user named an accuracy."""
-USELESS = 0.5
-"""Estimated error from which a solution is not accepted, though the user named no accuracy, and its
-increments are not used again on the next mesh [-]."""
+
+
+def says_something(estimate: float) -> bool:
+    """Return whether the true relative error is less than 1 by its estimate.
+
+    Estimates are relative to the norm of the solution. The true norm may be smaller by the error:
+    from one half on the true relative error may be 1 or more.
+    """
+    return estimate < 1.0 - estimate
 
 
 def budget_of(bodies: int, asked: bool) -> Budget:

@@ -30,6 +30,7 @@ from ..judge.remainders import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from ..steps.load_steps import known_factors
+from .budget import says_something
 from .difference import difference, displacement_difference
 from .other_orders import FEW, whole_error
 from .slip_ladder import contact_lines
@@ -98,12 +99,8 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
 
 
 def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
-    """Return the solution with an estimate, and with a finding if the estimate is large.
-
-    Estimates are relative to the norm of the solution. The true norm may be smaller by the error:
-    from one half on the true relative error may be 1 or more, and is not known.
-    """
-    error = accuracy.error if accuracy.error < 0.5 else max(accuracy.error, 1.0)
+    """Return the solution with an estimate, and with a finding if the estimate is large."""
+    error = accuracy.error if says_something(accuracy.error) else max(accuracy.error, 1.0)
     text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
     advice = "smaller elements, or --adapt, make it less"
     accuracy = replace(accuracy, error=error, path=solution.accuracy.path)

@@ -22,7 +22,7 @@ from ..pose.discretise import Discrete, MeshMaker, discretise
 from ..run import prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.load_steps import known_factors
-from .budget import USELESS
+from .budget import says_something
 from .fixed_mesh import MOST_ITERATIONS, by_newton
 from .other_orders import FEW
 from .strategy import Strategy
@@ -131,7 +131,7 @@ class LevelSolver:
             self.discrete, self._tried = self._prepared(make, last)
         problem = replace(self._tried, start=strategy.start(self._tried))
         if last is not None:
-            factors = known_factors(last) if strategy.estimate < USELESS else {}
+            factors = known_factors(last) if says_something(strategy.estimate) else {}
             # once: each try that fails costs as much as the whole mesh
             problem = replace(problem, factors=factors, halvings=1)
         self._tried = problem

@@ -32,7 +32,7 @@ from ..run import prepare, reported, run, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.path import divided_load, with_paths
 from ..steps.start import NAMES
-from .budget import USELESS, Reached, short_of
+from .budget import Reached, says_something, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
 from .level_solver import LevelSolver
@@ -364,6 +364,7 @@ def _shortcomings(
         return [new_finding("method error", text, measured=work.left, limit=accuracy)]
     if not estimate > accuracy:
         return []
-    tolerable = estimate < USELESS and trouble and not (strategy.asked or work.broken_off)
+    asked = strategy.asked or work.broken_off
+    tolerable = says_something(estimate) and trouble and not asked
     kind = "accuracy" if tolerable else "accuracy wanted"
     return [new_finding(kind, reached, measured=estimate, limit=accuracy)]
