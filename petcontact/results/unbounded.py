@@ -29,6 +29,7 @@ from ..refinement.corner_exponents import (
     corner_exponent,
     pair_exponent,
 )
+from ..refinement.panels.edges import SMOOTH
 from ..refinement.singular_points import kinds_seen, torsion_exponent
 from ..round_off import SINGLE
 from .corners import corners_of
@@ -148,8 +149,8 @@ class _Closed:
 
     Attributes
     ----------
-    partner : str
-        The other body, or empty for what is rigid.
+    partner, part : str
+        The other body, or empty for what is rigid, and its part.
     kinds : tuple
         What the side is as seen from a rigid partner.
     stiffer : float
@@ -161,6 +162,7 @@ class _Closed:
     """
 
     partner: str
+    part: str
     kinds: tuple[SideKind, ...]
     stiffer: float
     friction: float
@@ -209,32 +211,32 @@ class _Body:
 
     def __init__(self, solution: Evaluated, name: str, step: StepResult) -> None:
         self._mesh: BoundaryMesh = solution.meshes[name]
-        number = list(solution.meshes).index(name)
-        self._conditions = solution.problem.loaded[number].conditions[step.step - 1]
+        loaded = solution.problem.loaded[list(solution.meshes).index(name)]
+        self._conditions = loaded.conditions[step.step - 1]
         self._name = name
-        self.kappa = 3.0 - 4.0 * solution.problem.body[number].material.plane_strain_ratio
+        self.kappa = 3.0 - 4.0 * loaded.body.material.plane_strain_ratio
         self._corners = corners_of(self._mesh)
         self._size = float(np.ptp(self._mesh.x, axis=0).max())
         self._pair = np.full(self._mesh.n_nodes, -1)
         self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
-        self._pairs: list[tuple[PairResult, str, float]] = []
+        self._pairs: list[tuple[PairResult, str, str, float]] = []
         moduli = {body.name: body.material.shear_modulus for body in solution.problem.body}
         for pair_name, pair in step.pairs.items():
-            secondary = solution.sides[pair_name][0]
-            owner, _, part = solution.primaries.get(pair_name, "").partition(".")
+            secondary, faced = solution.sides[pair_name]
+            partner, _, part = solution.primaries.get(pair_name, "").partition(".")
             if secondary == name:
-                nodes, rows, partner = solution.nodes[pair_name], np.arange(len(pair.x)), owner
-            elif owner == name:
+                nodes, rows, faced = solution.nodes[pair_name], np.arange(len(pair.x)), part
+            elif partner == name:
                 nodes, partner = self._mesh.nodes_of(part), secondary
                 other = solution.meshes[secondary]
-                size = sizes(other)[other.element[solution.nodes[pair_name]]]
-                nodes, rows = _faced(pair, size, nodes, self._mesh.x[nodes])
+                own = other.element[solution.nodes[pair_name]]
+                nodes, rows = _faced(pair, sizes(other)[own], nodes, self._mesh.x[nodes])
             else:
                 continue
             self._pair[nodes], self._row[nodes] = len(self._pairs), rows
             # ground is rigid
             stiffer = moduli[partner] / moduli[name] if partner in moduli else 1e6
-            self._pairs.append((pair, partner if partner in moduli else "", stiffer))
+            self._pairs.append((pair, partner if partner in moduli else "", faced, stiffer))
 
     def singular(self, bodies: Mapping[str, _Body]) -> Iterator[tuple[str, Unbounded]]:
         """Yield its corners that have no bound, and what they press on smooth sides of others."""
@@ -244,10 +246,13 @@ class _Body:
             partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
             if self.is_singular(corner, sides, partner):
                 yield self._name, corner
-                under = partner and partner.facing(corner.x, closed[0].normal)[2]
+                under = partner and partner.facing(corner.x, closed[0])[2]
                 if partner and under:
                     x, elements = under
-                    where = f"under a corner of {self._name}", partner.reach(x)
+                    # a part may end where the side goes on
+                    smooth = abs(corner.angle - math.pi) < SMOOTH
+                    what = "the end of a part" if smooth else "a corner"
+                    where = f"under {what} of {self._name}", partner.reach(x)
                     yield closed[0].partner, Unbounded(np.stack([x, x]), elements, *where)
 
     def reach(self, x: Array) -> float:
@@ -279,7 +284,7 @@ class _Body:
         closed = [side for side in sides if isinstance(side, _Closed)]
         if len(closed) == 1 and (partner or (FREE,) in sides):
             angle, beside, _ = (
-                partner.facing(corner.x, closed[0].normal) if partner else (math.pi, (FREE,), None)
+                partner.facing(corner.x, closed[0]) if partner else (math.pi, (FREE,), None)
             )
             kappas, others = (self.kappa, (partner or self).kappa), (_beside(sides, 0), beside)
             if (FREE,) in others:
@@ -300,21 +305,23 @@ class _Body:
         return torsion_exponent(corner.angle, given, kinds) < 1.0
 
     def facing(
-        self, x: Array, normal: Array
+        self, x: Array, closed: _Closed
     ) -> tuple[float, tuple[SideKind, ...], tuple[Array, tuple[int, ...]] | None]:
-        """The angle of the corner at a point and what its side off the contact may be; where there
-        is none those of a smooth free side, and the place on it that the point faces and the
-        elements that meet there."""
-        meets = np.flatnonzero(np.linalg.norm(self._corners.x - x, axis=1) < SINGLE * self._size)
-        if len(meets):
-            corner, sides = self._corner_and_sides(int(meets[0]))
-            return corner.angle, _beside(sides, 1), None
-        near = (1.0 + SINGLE) * float(np.linalg.norm(self._mesh.x - x, axis=1).min())
-        across = meeting(self._mesh, x, near)[0] - x
+        """The angle of the corner that a point of the other body faces and what its side off the
+        contact may be; where there is none those of a smooth free side, and the place on it that
+        the point faces and the elements that meet there."""
+        mesh, normal = self._mesh, closed.normal
+        nodes = mesh.x[mesh.nodes_of(closed.part)]
+        near = (1.0 + SINGLE) * float(np.linalg.norm(nodes - x, axis=1).min())
+        across = meeting(mesh, x, near, closed.part)[0] - x
         if along := float(across @ normal):
             x = x + normal * float(across @ across) / along
-        foot, elements = meeting(self._mesh, x, near)
-        return math.pi, (FREE,), (foot, tuple(elements.tolist()))
+        foot, elements = meeting(mesh, x, near, closed.part)
+        apart = np.linalg.norm(self._corners.x - foot, axis=1)
+        if not (meets := np.flatnonzero(apart < SINGLE * self._size)).size:
+            return math.pi, (FREE,), (foot, tuple(elements.tolist()))
+        corner, sides = self._corner_and_sides(int(meets[0]))
+        return corner.angle, _beside(sides, 1), None
 
     def _touched(self, element: int, x: Array) -> _Closed | tuple[SideKind, ...] | None:
         """What the element is at the node that is nearest to a point; None off the contact."""
@@ -322,11 +329,11 @@ class _Body:
         node = first + int(np.argmin(np.linalg.norm(self._mesh.x[first:end] - x, axis=1)))
         if self._pair[node] < 0:
             return None
-        (pair, partner, stiffer), row = self._pairs[self._pair[node]], self._row[node]
+        (pair, partner, part, stiffer), row = self._pairs[self._pair[node]], self._row[node]
         if pair.state[row] == OPEN:
             return (FREE,)
         if pair.state[row] != SLIP:
-            return _Closed(partner, (CLAMPED,), stiffer, math.inf, pair.normal[row])
+            return _Closed(partner, part, (CLAMPED,), stiffer, math.inf, pair.normal[row])
         pressure, shear = abs(pair.pressure[row]), float(np.linalg.norm(pair.sigma_t[row]))
         ratio = round(min(shear / pressure, 1.0), 3) if pressure > 0.0 else 0.0
-        return _Closed(partner, (SLIDING,), stiffer, ratio, pair.normal[row])
+        return _Closed(partner, part, (SLIDING,), stiffer, ratio, pair.normal[row])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, moved, problem, rectangle, solid, touching
+from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, touching
 
 from petcontact import solve
 from petcontact.refinement.singular_points import corner_exponents
@@ -62,6 +62,23 @@ def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
     under = [place.x for place in places["lower"] if "under" in place.sides]
     np.testing.assert_allclose(under, [[-1.0 - 0.05 * 0.02, 0.0], [1.0 - 0.01 * 0.02, 0.0]], 1e-12)
     assert not [place for place in places["upper"] if "under" in place.sides]
+
+
+@pytest.mark.parametrize(("length", "singular"), [(1.0, []), (0.75, [0.75])])
+def test_corners_face_one_another_across_an_overlap(length, singular):
+    """Without friction the pressure of equal blocks is uniform; a shorter one presses with a
+    corner."""
+    mesh, shapes = (
+        {"element_size": 0.25},
+        (([0.0, -0.01], [length, 1.0]), ([0.0, -1.0], [1.0, 0.0])),
+    )
+    bodies = [
+        solid(name, rectangle(*shape), *rollers("left", far), mesh=mesh)
+        for name, shape, far in zip(("upper", "lower"), shapes, ("top", "bottom"), strict=True)
+    ]
+    solution = solve(problem(body=bodies, contact=[touching("pair", "upper.bottom", "lower.top")]))
+    places = unbounded_places(solution, solution.last)
+    assert [place.x[0] for place in places["upper"]] == singular
 
 
 @pytest.mark.parametrize("turned", [0.0, 90.0, 30.0])

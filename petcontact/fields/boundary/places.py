@@ -69,12 +69,14 @@ def sizes(mesh: BoundaryMesh) -> Array:
     return mesh.spheres[1]
 
 
-def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
-    """Return the foot of a point (d,) on the boundary, and the elements that meet there.
+def meeting(
+    mesh: BoundaryMesh, x: Array, within: float, part: str | None = None
+) -> tuple[Array, Index]:
+    """Return the foot of a point (d,) on the boundary, or a part, and the elements that meet there.
 
-    The point may be up to `within` away from the boundary [length].
+    The point may be up to `within` away from it [length].
     """
-    element, place = located(mesh, x[None], within=np.full(mesh.n_elements, within))
+    element, place = located(mesh, x[None], part, np.full(mesh.n_elements, within))
     foot = mesh.at(element, place)[0][0]
     centre, radius = mesh.spheres
     return foot, np.flatnonzero(np.linalg.norm(centre - foot, axis=1) < (1.0 + SINGLE) * radius)
