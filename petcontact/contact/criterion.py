@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import Array
-from ..round_off import HALF, SOLVED, SUMMED, of_vectors
+from ..round_off import HALF, ROUNDED, SOLVED, SUMMED, of_vectors
 from .friction_law import contact_norm, group_norms, ratio
 from .law_protocol import ContactLaw, law_residual
 from .system import ContactSystem
@@ -101,23 +101,24 @@ def relative_residual(
     `scale` is the largest ‖σ‖ so far. It is the divisor where friction, and with it σ, vanishes.
     """
     rho, _, traction = balanced(law, system, v, sigma, fallback)
-    residual, noise = (
-        law_residual(law, v, sigma, rho),
-        rho * of_vectors(v, system.u_0, share=SUMMED),
-    )
-    (left,), (of,) = group_norms(system.weight, (), residual, np.broadcast_to(noise, v.shape))
-    return over_traction(left, of, max(traction, scale))
+    residual = beyond_round_off(system, v, rho, law_residual(law, v, sigma, rho))
+    return over_traction(contact_norm(residual, system.weight), max(traction, scale))
 
 
-def over_traction(left: float, noise: float, traction: float) -> float:
-    """Return ‖R_ρ‖/‖σ‖ from both norms [-].
+def beyond_round_off(system: ContactSystem, v: Array, rho: float | Array, residual: Array) -> Array:
+    """Return what R_ρ at each node exceeds ρ times the round-off of v there by, (m, k) [stress].
 
-    It is 0 if ‖R_ρ‖ is at most `noise`, ρ times the round-off of v. If σ = 0 it is 0 where the law
-    holds, else 1.
+    A node that touches has a small gap, and little round-off but that of coordinates, which are as
+    large as the largest gap.
     """
-    if left <= noise:
-        return 0.0
-    return left / traction if traction > 0.0 else 1.0
+    size = of_vectors(v, system.u_0, share=1.0)
+    noise = rho * (SUMMED * size + ROUNDED * size.max(initial=0.0))
+    return np.asarray(np.maximum(np.abs(residual) - noise, 0.0))
+
+
+def over_traction(left: float, traction: float) -> float:
+    """Return ‖R_ρ‖/‖σ‖ from both norms; if σ = 0 it is 0 where the law holds, else 1 [-]."""
+    return left / traction if traction > 0.0 else float(left > 0.0)
 
 
 def displaced_by(
@@ -190,13 +191,10 @@ def natural_residuals(
     """
     rho, sizes = _balances(law, system, v, sigma, pairs)
     residuals = [[0.0] * len(law.groups)]
-    residual = law_residual(law, v, sigma, rho)
-    noise = rho * of_vectors(v, system.u_0, share=SUMMED)
+    residual = beyond_round_off(system, v, rho, law_residual(law, v, sigma, rho))
     for pair, size in zip(pairs, sizes, strict=True):
-        (_, *left), (_, *of) = group_norms(
-            system.weight[pair], law.groups, residual[pair], noise[pair]
-        )
-        residuals.append([over_traction(a, b, size) for a, b in zip(left, of, strict=True)])
+        ((_, *left),) = group_norms(system.weight[pair], law.groups, residual[pair])
+        residuals.append([over_traction(group, size) for group in left])
     return tuple(
         max(column, key=lambda value: (value != value, value))
         for column in zip(*residuals, strict=True)

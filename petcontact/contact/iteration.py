@@ -12,10 +12,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
-from ..round_off import CHAINED, SUMMED, of_vectors
+from ..round_off import CHAINED
 from .criterion import (
     Criterion,
     balanced,
+    beyond_round_off,
     equilibrium_defect,
     moves,
     over_traction,
@@ -164,12 +165,8 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """Return the residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
         judgement = self.judged(v, sigma)
-        noise = judgement.rho * of_vectors(v, self.system.u_0, share=SUMMED)
-        return over_traction(
-            judgement.left,
-            contact_norm(np.broadcast_to(noise, v.shape), self.system.weight),
-            judgement.traction,
-        )
+        left = beyond_round_off(self.system, v, judgement.rho, judgement.residual)
+        return over_traction(contact_norm(left, self.system.weight), judgement.traction)
 
     def within_limits(
         self, v: Array, sigma: Array, rho: float | Array, tolerance: float

@@ -25,8 +25,7 @@ errors of 20 random contacts (scripts/verify_random --contact --seed 7 --first 1
 times the reported ones, not up to 0.45 times."""
 SKIPPED, FITTED = 2, 6
 """Nodes next to an edge that are left out (`SKIPPED`), and up to which the line is fitted to the
-others (`FITTED`). A contact of fewer nodes is solved again on its level: without that light discs
-on a floor took up to 1.7 times as many nodes."""
+others (`FITTED`)."""
 
 
 @dataclass(frozen=True)

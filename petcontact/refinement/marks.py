@@ -24,7 +24,7 @@ from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Body, Contact
 from .contact_line import ContactLine, grading_points, slip_at_end
-from .gap_minima import gap_minima
+from .gap_minima import SideGap, lowest_minima
 from .known_data import SideData, fields, resolved
 from .levels import REFINEMENT_LEVELS, Level, first_level
 from .singular_points import corner_exponents
@@ -86,6 +86,8 @@ class GradedOutline:
         λ where elements at corners are powers of the distance, else 0.
     last : list of pairs of float, optional
         Lengths of the elements at the start and the end of each side on the level before [length].
+    gaps : list of lists of SideGap, optional
+        Gaps along each side.
     """
 
     outline: Outline
@@ -97,6 +99,7 @@ class GradedOutline:
     exponents: list[tuple[float, float]]
     powers: list[tuple[float, float]] = field(default_factory=list)
     last: list[tuple[float, float]] = field(default_factory=list)
+    gaps: list[list[SideGap]] = field(default_factory=list)
 
     @staticmethod
     def from_body(body: Body, outline: Outline) -> GradedOutline:
@@ -112,14 +115,16 @@ class GradedOutline:
             for side, f in zip(outline.sides, points_on_sides(outline, body.mesh), strict=True)
         ]
         contact = [side.part in parts for side in outline.sides]
+        data = fields(body, outline)
         return GradedOutline(
             outline,
             outline.thickness,
             contact,
             given,
-            fields(body, outline),
+            data,
             singular_ends(outline),
             corner_exponents(body, outline),
+            gaps=[[each.gap for each in row if each.kind == "gap"] for row in data],
         )
 
     def with_powers(self) -> GradedOutline:
@@ -170,13 +175,14 @@ class GradedOutline:
         return result
 
     @functools.cached_property
-    def touching(self) -> list[Array]:
-        """Arc lengths of the minima of the gap inside each side, increasing [length]."""
-        result = []
-        for side, row in zip(self.outline.sides, self.data, strict=True):
-            fractions = [gap_minima(field) for field in row if field.kind == "gap"]
-            result.append(side.length * inside(np.concatenate([[], *fractions]), FINEST, 1.0))
-        return result
+    def touching(self) -> list[dict[float, float]]:
+        """Arc lengths of the lowest minima of the gaps along each side, and the smallest elements
+        there while the width of the contact is unknown [length]."""
+        lowest = lowest_minima(self.outline, self.gaps, self.singular, FINEST)
+        return [
+            dict.fromkeys(arcs, FINEST * side.length)
+            for arcs, side in zip(lowest, self.outline.sides, strict=True)
+        ]
 
     @property
     def closest(self) -> float:
@@ -236,7 +242,8 @@ class GradedOutline:
         shown : list of ContactLine, optional
             As in `marks_for`.
         edges : dict of lists by side, optional
-            Arc lengths along the side of further points, and the smallest elements there [length].
+            Arc lengths along the side of further points, and the smallest elements there; by
+            default those of `touching` [length].
         """
         missed = [0.0]
 
@@ -249,12 +256,9 @@ class GradedOutline:
             return breaks, orders
 
         marks = marks_for(self, level.grading, level.resolved, shown)
-        closing = {
-            k: [(s, FINEST * self.outline.sides[k].length) for s in arcs]
-            for k, arcs in enumerate(self.touching)
-            if len(arcs)
-        }
-        for side, inner in {**closing, **(edges or {})}.items():
+        if edges is None:
+            edges = {k: list(sizes.items()) for k, sizes in enumerate(self.touching) if sizes}
+        for side, inner in edges.items():
             marks[side] = _with_points(marks[side], inner, level.grading)
         mesh = graded_mesh(
             self.outline, marks, level.grading, largest, resolve if any(self.data) else None
@@ -366,11 +370,12 @@ def _at_end(body: GradedOutline, number: int, line: ContactLine | None, end: int
 
 
 def _with_points(marks: Marks, inner: list[tuple[float, float]], grading: Grading) -> Marks:
-    """Return the marks with further points; they replace marks close to them."""
+    """Return the marks with further points; they replace marks close to them, and ends that they
+    meet."""
     points, sizes = (np.array(values) for values in zip(*inner, strict=True))
     apart = np.abs(marks.position[:, None] - points[None]).min(axis=1)
     kept = apart > 3.0 * sizes.max()
-    kept[[0, -1]] = True
+    kept[[0, -1]] = apart[[0, -1]] > 0.0
     position, size = np.append(marks.position[kept], points), np.append(marks.size[kept], sizes)
     order = np.argsort(position)
     return balanced(replace(marks, position=position[order], size=size[order]), grading)

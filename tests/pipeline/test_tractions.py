@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from shapes import elastic, moved, problem, rectangle, solid, touching
 
+from petcontact import adapt
 from petcontact.model.problem import Problem
 from petcontact.pipeline.adapt.difference import fading_places
 from petcontact.pipeline.adapt.part_ends import pressed_sides
+from petcontact.reference.hertz import LineContact, PointContact, contact_modulus
 from petcontact.refinement.contact_edges import edges
 from petcontact.refinement.levels import MOST_GAIN, believed, growing
 
@@ -43,6 +45,40 @@ def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
     assert fading_places(posed)["pair"].arc_lengths == pytest.approx(
         np.unique([0.0, *on_upper, high - low])
     )
+
+
+def half_round(axial: bool, joint: float, size: float) -> dict:
+    """The half of a disc or ball of radius |size|, which lies on the side of its sign of y = 0 and
+    touches it, its arc cut at x = joint |size|."""
+    arcs = [(joint, 1.0 - np.sqrt(1.0 - joint**2)), (1.0, 1.0)][axial:]
+    flat, axis = ("flat", (0.0 if axial else -1.0, 1.0)), [("axis", (0.0, 0.0))][not axial :]
+    sides = [
+        {"part": part, "to": [abs(size) * x, size * y]}
+        for part, (x, y) in [*(("arc", end) for end in arcs), flat, *axis]
+    ]
+    sides[: len(arcs)] = [side | {"radius": size} for side in sides[: len(arcs)]]
+    return {"shape": "outline", "loops": [sides]}
+
+
+@pytest.mark.parametrize(("axial", "joint"), [(True, 0.0), (False, 0.0), (False, 0.3)])
+def test_a_light_contact_of_unlike_bodies_is_that_of_hertz(axial, joint):
+    """Its half width is 1e-4 of the radius and less, at the end of a side and inside one."""
+    shapes = half_round(axial, joint, 1.0), half_round(axial, joint, -2.0)
+    bodies = [
+        solid("upper", shapes[0], moved("flat", [0.0, -1e-8])),
+        solid("lower", shapes[1], moved("flat", [0.0, 0.0]), material=elastic(3.0, 0.3)),
+    ]
+    pair = touching("pair", "upper.arc", "lower.arc")
+    symmetry = {"symmetry": "axial"} if axial else {}
+    solution = adapt(problem(body=bodies, contact=[pair], **symmetry))
+    pressure, x = solution.pairs["pair"].pressure, solution.pairs["pair"].x[:, 0]
+    weight = solution.meshes["upper"].weight[solution.nodes["pair"]]
+    contact = (PointContact if axial else LineContact)(
+        float(weight @ pressure), 2.0 / 3.0, contact_modulus(1.0, 0.3, 3.0, 0.3)
+    )
+    exact = contact.pressure(np.abs(x))
+    wrong = np.sqrt(weight @ (pressure - exact) ** 2 / (weight @ exact**2))
+    assert solution.converged and wrong < solution.accuracy.error < 1e-2
 
 
 def test_wear_that_jumps_leaves_an_edge_that_presses():

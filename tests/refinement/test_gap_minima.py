@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from petcontact.refinement.gap_minima import MOST_MINIMA, gap_minima
+from petcontact.refinement.gap_minima import MOST_MINIMA, SideGap, gap_minima
 from petcontact.round_off import HALF
 
 GAPS = {
@@ -15,7 +13,8 @@ GAPS = {
     "kink": (lambda x: np.abs(x - 0.3141), [0.3141], HALF),
     "two": (lambda x: np.minimum((x - 0.21) ** 2, np.abs(x - 0.83) + 1e-3), [0.21, 0.83], 1e-7),
     "quartic": (lambda x: (x - 0.7) ** 4, [0.7], 1e-3),
-    "none inside": (lambda x: x, [], 0.0),
+    "an end": (lambda x: x, [0.0], HALF),
+    "none": (lambda x: np.full_like(x, 0.1), [], 0.0),
     "ends of a flat stretch": (
         lambda x: np.maximum(np.abs(x - 0.5) - 0.2, 0.0),
         [0.3, 0.7],
@@ -29,10 +28,9 @@ def looked_at(gap, samples=201):
 
     def values(at):
         calls.append(len(at))
-        return np.asarray(gap(at), dtype=float)[:, None]
+        return np.asarray(gap(at), dtype=float)
 
-    at = np.linspace(0.0, 1.0, samples)
-    return SimpleNamespace(samples=at, sampled=values(at), values=values), calls
+    return SideGap(values, np.linspace(0.0, 1.0, samples)), calls
 
 
 @pytest.mark.parametrize("name", GAPS)

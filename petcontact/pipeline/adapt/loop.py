@@ -111,24 +111,22 @@ class AdaptiveSolve:
         strategy.wanted = accuracy
         self.solver.aim(accuracy)
         for level in strategy.levels:
-            again = True
-            while again:
-                last = self.solutions[-1] if self.solutions else None
-                try:
-                    solution = self.solver.solved(strategy, level, last)  # REFINE and SOLVE
-                except (SolverError, BrokenOff, InputError) as error:  # a mesh may be too large
-                    self.broken_off = isinstance(error, BrokenOff)
-                    if last is None:
-                        raise
-                    return f"{error} {AFTER}"
-                if not solution.converged:
-                    return_now, trouble = self._not_solved(solution)
-                    if return_now:
-                        return trouble
-                    break
+            last = self.solutions[-1] if self.solutions else None
+            try:
+                solution = self.solver.solved(strategy, level, last)  # REFINE and SOLVE
+            except (SolverError, BrokenOff, InputError) as error:  # a mesh may be too large
+                self.broken_off = isinstance(error, BrokenOff)
+                if last is None:
+                    raise
+                return f"{error} {AFTER}"
+            if solution.converged:
                 self._keep(solution)
-                again = strategy.mark(solution, level)  # ESTIMATE and MARK
+                strategy.mark(solution, level)  # ESTIMATE and MARK
                 self._report(solution)
+            else:
+                return_now, trouble = self._not_solved(solution)
+                if return_now:
+                    return trouble
             if self.solver.missed > 0.0 or strategy.estimate <= accuracy or strategy.exhausted:
                 break
         return strategy.exhausted

@@ -6,6 +6,7 @@ or a kink.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -15,11 +16,12 @@ from ...arrays import Array, Index
 from ...geometry.outline import Outline
 from ...geometry.same_place import TOLERANCE, inside
 from ...mesh.grading import at_ends, singular_ends, turn
-from ...mesh.pairs.curve_sides import curve_projection
+from ...mesh.pairs.curve_sides import CurveProjection, curve_projection
 from ...model.expressions import Value
 from ...model.interfaces import PosedInterface
+from ...refinement.gap_minima import SideGap
 from ...refinement.known_data import gap_slope, gap_switches
-from ...round_off import SINGLE
+from ...round_off import ROUNDED, SINGLE
 
 
 @dataclass(frozen=True)
@@ -35,11 +37,14 @@ class PressedSides:
     pressing : set of (side, end)
         Starts (0) and ends (1) of sides that press on a side of another body. Ends on the axis of
         revolution belong here if the gap has a slope, since its mirror image makes a kink.
+    gaps : dict of lists by side
+        Distances along a side from the other body of a pair.
     """
 
     inner: dict[int, list[float]] = field(default_factory=dict)
     kinks: dict[int, list[float]] = field(default_factory=dict)
     pressing: set[tuple[int, int]] = field(default_factory=set)
+    gaps: dict[int, list[SideGap]] = field(default_factory=dict)
 
 
 def pressed_sides(
@@ -73,6 +78,20 @@ def _add_corners(
             if arcs := _inner(outlines[partner], int(faced[met]), fraction):
                 pressed[partner].inner.setdefault(int(faced[met]), []).extend(arcs)
                 pressed[one].pressing.add((number, end))
+    if side.law.normal == "unilateral" and side.law.gap == "geometry":
+        _add_distances(pressed[a], pair)
+
+
+def _add_distances(pressed: PressedSides, pair: CurveProjection) -> None:
+    """Add the distances along each side of a secondary, with samples on both parts."""
+    line = np.linspace(0.0, 1.0, pair.own.SAMPLES)
+    numbers = range(len(pair.other))
+    met, fractions = np.hstack([pair.to_secondary(k, line) for k in numbers])
+    noise = ROUNDED * float(np.abs([pair.own.start, pair.own.end]).max())
+    for k, number in enumerate(pair.secondary[1].tolist()):
+        samples = np.union1d(line, fractions[met == k])
+        distance = SideGap(functools.partial(pair.distance, k), samples, noise)
+        pressed.gaps.setdefault(number, []).append(distance)
 
 
 def _meeting(

@@ -112,7 +112,7 @@ class Slip(Strategy):
         v, sigma = (float(np.abs(values).max()) for values in (contact.u_t, contact.sigma_t))
         return v * direction, -sigma * direction
 
-    def mark(self, solution: Solution, level: Level) -> bool:
+    def mark(self, solution: Solution, level: Level) -> None:
         """Store the transition points of a solution, to which the next mesh is graded."""
         assert self._body is not None
         lines = contact_lines(self._body, solution)
@@ -123,7 +123,6 @@ class Slip(Strategy):
         self._shown.append(lines)
         self._levels.append(level)
         self._last = solution
-        return False
 
     @property
     def estimate(self) -> float:

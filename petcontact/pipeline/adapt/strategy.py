@@ -46,11 +46,8 @@ class Strategy(Protocol):
     @property
     def estimate(self) -> float: ...
 
-    def mark(self, solution: Solution, level: Any) -> bool:
-        """Estimate the error of a solution, and mark where the next mesh is finer.
-
-        Return whether the solve repeats the same level.
-        """
+    def mark(self, solution: Solution, level: Any) -> None:
+        """Estimate the error of a solution, and mark where the next mesh is finer."""
         ...
 
     def mark_failed(self, solution: Solution) -> bool:

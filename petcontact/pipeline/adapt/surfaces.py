@@ -101,7 +101,7 @@ class PanelTails:
             return expected_start(problem, self._expected)
         return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
 
-    def mark(self, solution: Solution, level: int) -> bool:
+    def mark(self, solution: Solution, level: int) -> None:
         """Estimate the error of a solution, and make the next meshes from its panels."""
         self._last, errors = solution, TailErrors(solution)
         self.estimate, self._resultants = errors.error()
@@ -127,7 +127,6 @@ class PanelTails:
                 ],
                 raised,
             )
-        return False
 
     def _follows(self, solution: Solution) -> bool:
         """Make the next meshes with rings along contact edges; return whether there are such

@@ -17,7 +17,7 @@ from ...mesh.curve_mesh import as_curve
 from ...model.loaded_body import LoadedBody
 from ...model.loads import NO_LOADS
 from ...model.problem import Body, Problem
-from ...refinement.contact_edges import FITTED, Edge, is_apart, merged, zone_at
+from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
 from ...refinement.known_data import SideData, fields
 from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import FINER, FINEST, UNSEEN, GradedOutline, LevelMesh
@@ -67,7 +67,6 @@ class Tractions(Strategy):
         self._problem, self._bodies = problem, dict[int, GradedOutline]()
         self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
-        self._closed = 0
         self._sides = {side.name: (side.body, side.part) for side in problem.interfaces}
         outlines = [as_outline(boundary, "--adapt").joined for boundary in problem.boundaries]
         self._pressed = pressed_sides(outlines, problem.interfaces)
@@ -97,6 +96,8 @@ class Tractions(Strategy):
             largest.append(side.length / UNSEEN if unseen else np.inf)
             edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
             pressing = self._pressing_sizes(number, k, edges, level)
+            if not edges:
+                pressing = body.touching[k] | pressing
             if graded := self._graded(pressing, edges, level, body, side.length):
                 inner[k] = graded
         return body.mesh(level, largest, None, inner)
@@ -154,30 +155,22 @@ class Tractions(Strategy):
         """Return a start with the zones of the last solution, or None."""
         return warm_start(self._last[-1], problem.discrete) if self._last else None
 
-    def mark(self, solution: Solution, level: Level) -> bool:
-        """Store the edges of a solution, to which the next mesh is graded.
-
-        Return whether the level is solved again: only few nodes are in contact, but more than
-        before. Such solutions are not compared.
-        """
-        before, self._closed = self._closed, closed_nodes(solution)
-        if before == FITTED:
+    def mark(self, solution: Solution, level: Level) -> None:
+        """Store the edges of a solution, to which the next mesh is graded."""
+        if self._last:
             self._apart = difference(self._last[-1], solution, self._places)
             self.differences.append(self._apart.inside)
-        again = before < self._closed < FITTED
         self._last, self._level = [solution], level
-        if not again:
-            self._bodies = {
-                number: body.after(as_curve(mesh))
-                for (number, body), mesh in zip(
-                    sorted(self._bodies.items()), solution.meshes.values(), strict=True
-                )
-            }
+        self._bodies = {
+            number: body.after(as_curve(mesh))
+            for (number, body), mesh in zip(
+                sorted(self._bodies.items()), solution.meshes.values(), strict=True
+            )
+        }
         finest = {
             name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
         }
         self._edges = edges_of_steps(solution, level.edge, finest)
-        return again
 
     @property
     def estimate(self) -> float:
@@ -196,7 +189,8 @@ class Tractions(Strategy):
 
 
 def with_pressing_corners(body: GradedOutline, pressed: PressedSides) -> GradedOutline:
-    """Return the body with pressing corners that are at least as singular as a punch."""
+    """Return the body with the gaps of its pairs, and pressing corners at least as singular as a
+    punch."""
     exponents = [
         (
             min(first, PUNCH) if (k, 0) in pressed.pressing else first,
@@ -208,7 +202,8 @@ def with_pressing_corners(body: GradedOutline, pressed: PressedSides) -> GradedO
         (first or (k, 0) in pressed.pressing, last or (k, 1) in pressed.pressing)
         for k, (first, last) in enumerate(body.singular)
     ]
-    return replace(body, exponents=exponents, singular=singular)
+    gaps = [row + pressed.gaps.get(k, []) for k, row in enumerate(body.gaps)]
+    return replace(body, exponents=exponents, singular=singular, gaps=gaps)
 
 
 def with_later_data(body: GradedOutline, loaded: LoadedBody, posed: Body) -> GradedOutline:
@@ -253,17 +248,6 @@ def edges_of_steps(
         between = sorted(edges[False], key=lambda edge: edge.s)
         result[name] = merged(between[:: 1 + len(between) // MANY], smallest, ends, finest[name])
     return result
-
-
-def closed_nodes(solution: Solution) -> int:
-    """Return the least number of closed nodes of a contact that is open elsewhere, at most
-    `FITTED`.
-
-    The edges of a contact of fewer nodes are guesses: no line is fitted to them.
-    """
-    states = [pair.state for end in step_ends(solution.steps) for pair in end.pairs.values()]
-    closed = [np.count_nonzero(state != OPEN) for state in states if np.any(state == OPEN)]
-    return min([FITTED, *filter(None, closed)])
 
 
 def warm_start(before: Solution, discrete: Discrete) -> Start:

@@ -101,7 +101,7 @@ def overlaps(
             limit_of("overlap") * scale,
             unfaced=not outcome.sigma[where].any(),
         )
-        share = _share(depth - float(noise[where].max(initial=0.0)), scale)
+        share = _share(depth - between.round_off(noise[where], position), scale)
         if share > limit_of("overlap on the way") and _yields(
             bodies, outcome, samplings, interface, depth
         ):

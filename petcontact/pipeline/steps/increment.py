@@ -362,7 +362,8 @@ class Increment:
         strained = displaced_by(self.system, v, sigma, pairs)
         noise = of_vectors(v, self.system.u_0, share=SUMMED)
         for where in pairs:
-            if np.abs(strained[where]).max(initial=0.0) < noise[where].max(initial=0.0):
+            pressed = noise[where][sigma[where].any(axis=1)]
+            if np.abs(strained[where]).max(initial=0.0) < pressed.max(initial=0.0):
                 sigma[where] = 0.0
             if np.abs(sigma[where]).max(initial=0.0) < least and (gone or sigma[where].any()):
                 still = np.abs(v[where]) < CHAINED * np.abs(self.system.apply(over.sigma)).max()
