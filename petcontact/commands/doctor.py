@@ -25,8 +25,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         return 0
     findings = list(judge(gather()))
     for finding in findings:
-        mark = {"ok": "ok     ", "warning": "warning", "error": "ERROR  "}[finding.level]
-        print(f"{mark}  {finding.subject:<10}  {finding.text}")
+        mark = {"ok": "ok     ", "warning": "warning", "error": "ERROR  "}[finding.severity]
+        print(f"{mark}  {finding.kind:<10}  {finding.text}")
         if finding.advice:
             print(f"{'':<21}-> {finding.advice}")
-    return 1 if any(finding.level == "error" for finding in findings) else 0
+    return 1 if any(finding.severity == "error" for finding in findings) else 0

@@ -14,12 +14,12 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from .. import __version__, native
 from ..errors import MissingKernelsError
+from ..results.report import Finding
 from ..runtime.threads import available_cores, local_ranks
 from .probe import PARTS
 
@@ -42,16 +42,6 @@ EXTRAS = {"gmsh": ("cad", "STEP, IGES and BREP files")}
 """Packages that petcontact does without, their extra, and what they are for."""
 VARIABLES = ("PETSC_DIR", "MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")
 RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};', flush=True)"
-
-
-@dataclass(frozen=True)
-class Check:
-    """One line of the doctor: what was looked at, how it is, and what to do about it."""
-
-    subject: str
-    level: Literal["ok", "warning", "error"]
-    text: str
-    advice: str = ""
 
 
 def gather() -> dict[str, Any]:
@@ -82,96 +72,99 @@ def gather() -> dict[str, Any]:
     return facts
 
 
-def judge(facts: Mapping[str, Any]) -> Iterator[Check]:
+def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
     """Yield findings from facts.
 
     No process is started here, so that tests can invent an installation.
     """
-    yield Check("petcontact", "ok", f"{__version__}, Python {facts['python']}")
+    yield Finding("petcontact", "ok", f"{__version__}, Python {facts['python']}")
     names = ", ".join(f"{name} {version}" for name, version in facts["versions"].items() if version)
-    yield Check("packages", "ok", names)
+    yield Finding("packages", "ok", names)
     for name in facts["missing"]:
-        yield Check("packages", "error", f"{name} is missing", f"pip install {name}")
+        yield Finding("packages", "error", f"{name} is missing", advice=f"pip install {name}")
     for name, version in facts["extras"].items():
         extra, purpose = EXTRAS[name]
         advice = "" if version else f"pip install 'petcontact[{extra}]'"
-        yield Check(
-            "extras", "ok", f"{name} {version or 'is not installed'}, for {purpose}", advice
+        yield Finding(
+            "extras", "ok", f"{name} {version or 'is not installed'}, for {purpose}", advice=advice
         )
     if facts["kernels"]:
-        yield Check("kernels", "ok", facts["kernels"])
+        yield Finding("kernels", "ok", facts["kernels"])
     for part, error in facts["errors"].items():
         petsc = "install python3-petsc4py, or pip install 'petcontact[petsc]'"
-        yield Check(part, "error", error, petsc if part == "petsc" else "reinstall it")
+        yield Finding(part, "error", error, advice=petsc if part == "petsc" else "reinstall it")
     for key, judged in JUDGED.items():
         if key in facts:
             yield from judged(facts)
 
 
-def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Check]:
+def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Finding]:
     text = (
         f"PETSc {facts['petsc']}, petsc4py {facts['petsc4py']}, {facts['scalar']}, "
         f"{facts['integer']}"
     )
     if facts["petsc"].split(".")[:2] != facts["petsc4py"].split(".")[:2]:
-        yield Check(
+        yield Finding(
             "petsc",
             "error",
             f"{text}: releases differ",
-            "install the petsc4py of the same release as PETSc",
+            advice="install the petsc4py of the same release as PETSc",
         )
     elif facts["scalar"] != "float64":
-        yield Check(
+        yield Finding(
             "petsc",
             "error",
             f"{text}: not a real double-precision build",
-            "use a PETSc built with real scalars",
+            advice="use a PETSc built with real scalars",
         )
     else:
-        yield Check(
+        yield Finding(
             "petsc", "ok", f"{text}, with {', '.join(facts['packages']) or 'no external packages'}"
         )
     given, used = facts["environment"]["PETSC_DIR"], facts["petsc_dir"]
     if given and used and os.path.realpath(given) != os.path.realpath(used):
-        yield Check(
-            "petsc", "warning", f"PETSC_DIR is {given}, but petsc4py uses {used}", "unset PETSC_DIR"
+        yield Finding(
+            "petsc",
+            "warning",
+            f"PETSC_DIR is {given}, but petsc4py uses {used}",
+            advice="unset PETSC_DIR",
         )
 
 
-def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Check]:
+def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Finding]:
     if len(facts["mpi_libraries"]) > 1:
-        yield Check(
+        yield Finding(
             "mpi",
             "error",
             f"two MPI libraries in one process: {', '.join(facts['mpi_libraries'])}",
-            "install mpi4py and petsc4py built with the same MPI",
+            advice="install mpi4py and petsc4py built with the same MPI",
         )
     if not facts["launcher"]:
-        yield Check(
+        yield Finding(
             "mpi",
             "warning",
             f"{facts['mpi']}, but no mpiexec on the PATH",
-            "install the launcher of this MPI",
+            advice="install the launcher of this MPI",
         )
     elif "launched_size" not in facts:
-        yield Check(
+        yield Finding(
             "mpi",
             "ok",
             f"{facts['mpi']}, already {facts['ranks']} ranks (mpiexec is not tried inside mpiexec)",
         )
     elif facts["launched_size"] != 2:
         found = facts["launched_size"] or facts["launched_error"]
-        yield Check(
+        yield Finding(
             "mpi",
             "error",
             f"{facts['launcher']} -n 2 does not start 2 ranks of {facts['mpi']} ({found})",
-            "use the mpiexec of the same MPI; as root set OMPI_ALLOW_RUN_AS_ROOT",
+            advice="use the mpiexec of the same MPI; as root set OMPI_ALLOW_RUN_AS_ROOT",
         )
     else:
-        yield Check("mpi", "ok", f"{facts['mpi']}, {facts['launcher']} starts 2 ranks of it")
+        yield Finding("mpi", "ok", f"{facts['mpi']}, {facts['launcher']} starts 2 ranks of it")
 
 
-def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Check]:
+def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Finding]:
     share = max(1, facts["cores"] // facts["ranks"])
     text = (
         ", ".join(
@@ -180,17 +173,17 @@ def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Check]:
         or "unknown"
     )
     if any(threads > share for _, _, threads in facts["blas"]):
-        yield Check(
+        yield Finding(
             "blas",
             "warning",
             f"{text} on {facts['cores']} cores for {facts['ranks']} ranks",
-            f"export OPENBLAS_NUM_THREADS={share}",
+            advice=f"export OPENBLAS_NUM_THREADS={share}",
         )
     else:
-        yield Check("blas", "ok", f"{text} on {facts['cores']} cores")
+        yield Finding("blas", "ok", f"{text} on {facts['cores']} cores")
 
 
-def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Check]:
+def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Finding]:
     text = (
         f"h5py {facts['h5py']}, HDF5 {facts['hdf5']} "
         f"({'parallel' if facts['hdf5_mpi'] else 'serial'} flavour)"
@@ -199,53 +192,59 @@ def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Check]:
         Path(path).name.split(".so")[-1] for path in facts["hdf5_libraries"] if "_hl" not in path
     }
     if len(versions) > 1:
-        yield Check(
+        yield Finding(
             "hdf5",
             "warning",
             f"{text}; several HDF5 libraries: {', '.join(facts['hdf5_libraries'])}",
-            "install h5py and PETSc with one HDF5",
+            advice="install h5py and PETSc with one HDF5",
         )
     else:
-        yield Check("hdf5", "ok", text)
+        yield Finding("hdf5", "ok", text)
 
 
-def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Check]:
+def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Finding]:
     backend = facts["environment"]["MPLBACKEND"].lower()
     display = facts["environment"]["DISPLAY"] or facts["environment"]["WAYLAND_DISPLAY"]
     if not facts["font"]:
-        yield Check(
-            "figures", "warning", "the font DejaVu Sans is missing", "install fonts-dejavu-core"
+        yield Finding(
+            "figures",
+            "warning",
+            "the font DejaVu Sans is missing",
+            advice="install fonts-dejavu-core",
         )
     if (
         backend.endswith(("qtagg", "qt5agg", "tkagg", "gtk3agg", "gtk4agg", "wxagg", "macosx"))
         and not display
     ):
-        yield Check(
-            "figures", "warning", f"MPLBACKEND={backend} without a display", "unset MPLBACKEND"
+        yield Finding(
+            "figures",
+            "warning",
+            f"MPLBACKEND={backend} without a display",
+            advice="unset MPLBACKEND",
         )
-    yield Check(
+    yield Finding(
         "figures", "ok", f"matplotlib {facts['matplotlib']}, files only: no display is needed"
     )
 
 
-def _judge_folder(facts: Mapping[str, Any]) -> Iterator[Check]:
+def _judge_folder(facts: Mapping[str, Any]) -> Iterator[Finding]:
     writable, free = facts["folder"]
     if not writable:
-        yield Check(
+        yield Finding(
             "folder",
             "error",
             "the current folder cannot be written to",
-            "go elsewhere, or use -o FILE",
+            advice="go elsewhere, or use -o FILE",
         )
     elif free < 100e6:
-        yield Check(
+        yield Finding(
             "folder",
             "warning",
             f"{free / 1e6:.0f} MB left in the current folder",
-            "make room for results",
+            advice="make room for results",
         )
     else:
-        yield Check("folder", "ok", f"writable, {free / 1e9:.0f} GB left")
+        yield Finding("folder", "ok", f"writable, {free / 1e9:.0f} GB left")
 
 
 JUDGED = {
@@ -272,17 +271,9 @@ def _launcher() -> str:
     return str(beside) if beside.exists() else shutil.which("mpiexec") or ""
 
 
-def _environment() -> dict[str, str]:
-    here = str(Path(__file__).resolve().parents[1])
-    path = os.pathsep.join(filter(None, [here, os.environ.get("PYTHONPATH", "")]))
-    return {**os.environ, "PYTHONPATH": path}
-
-
 def _run(words: list[str]) -> tuple[int, str, str]:
     try:
-        done = subprocess.run(
-            words, capture_output=True, text=True, timeout=60.0, env=_environment()
-        )
+        done = subprocess.run(words, capture_output=True, text=True, timeout=60.0)
     except (OSError, subprocess.TimeoutExpired) as error:
         return -1, "", f"{type(error).__name__}: {error}"
     return done.returncode, done.stdout, done.stderr

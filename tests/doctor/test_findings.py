@@ -47,7 +47,7 @@ HEALTHY = {
 
 
 def test_a_healthy_installation_has_nothing_to_report():
-    assert {finding.level for finding in judge(HEALTHY)} == {"ok"}
+    assert {finding.severity for finding in judge(HEALTHY)} == {"ok"}
     assert any("int64" in finding.text for finding in judge(HEALTHY | {"integer": "int64"}))
 
 
@@ -76,8 +76,8 @@ def environment(**changes):
     ],
 )
 def test_each_defect_is_found(changes, level, message):
-    findings = [finding for finding in judge(HEALTHY | changes) if finding.level != "ok"]
-    assert [finding.level for finding in findings] == [level]
+    findings = [finding for finding in judge(HEALTHY | changes) if finding.severity != "ok"]
+    assert [finding.severity for finding in findings] == [level]
     assert message in findings[0].text and findings[0].advice
 
 
@@ -94,9 +94,9 @@ def test_a_library_that_is_broken_does_not_take_the_doctor_with_it(
 ):
     (tmp_path / "petsc4py.py").write_text(library)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), str(ROOT)]))
-    findings = {finding.subject: finding for finding in judge(gather())}
-    assert findings["petsc"].level == "error" and error in findings["petsc"].text
-    assert findings["hdf5"].level == "ok"
+    findings = {finding.kind: finding for finding in judge(gather())}
+    assert findings["petsc"].severity == "error" and error in findings["petsc"].text
+    assert findings["hdf5"].severity == "ok"
 
 
 def test_the_command_on_this_installation():
