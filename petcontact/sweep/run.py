@@ -156,7 +156,7 @@ def _collect(
             "timings": dict(sorted(timings.items())),
             "cpu": cpu,
         }
-        write_table(place.table, sweep.title, sweep.coordinate_names, table, facts)
+        write_table(place.table, sweep.file.title, sweep.coordinate_names, table, facts)
     for status, cases in (("failed", summary.failed), ("not converged", summary.not_converged)):
         bad = [k for k in chosen if table["status"][k] == status.encode()]
         cases.update(zip(texts(table["id"][bad]), texts(table["reason"][bad]), strict=True))
@@ -198,7 +198,7 @@ def _costs(sweep: Sweep, groups: Groups, world: Any, team: Team) -> list[Cost]:
     """The cost of each group, the same on every rank; every rank meshes its share."""
     asked = groups.first[groups.representatives()].tolist()
     own_costs = {
-        k: estimate(sweep[asked[k]].case, team.size)
+        k: estimate(sweep[asked[k]], team.size)
         for k in range(world.Get_rank(), len(asked), world.Get_size())
     }
     costs = {k: cost for some in world.allgather(own_costs) for k, cost in some.items()}
@@ -263,7 +263,7 @@ class _Worker:
         """Prepare a group by one of its cases."""
         size = int(self.groups.size[group])
         self._prepared, self._reason = self.team.attempt(
-            lambda: prepared_for(self.sweep[place].case, self.team.comm, size)
+            lambda: prepared_for(self.sweep[place], self.team.comm, size)
         )
         if self._prepared is not None:
             self.timings.update(self._prepared.timings)
@@ -278,7 +278,7 @@ class _Worker:
         prepared, reason, case = self._prepared, self._reason, None
         solution: Solution | None = None
         try:
-            case = self.sweep[place].case
+            case = self.sweep[place]
         except PetcontactError as error:  # of a sweep too large to be validated before
             reason = str(error)
         if case is not None and not reason:

@@ -78,15 +78,14 @@ def test_the_nearest_reading(comm):
     groups = make_groups(sweep)
     counts = {kind: [] for kind in KINDS}
     for group in range(len(groups.first)):
-        cases = [sweep[place] for place in np.flatnonzero(groups.of_case == group)]
-        prepared = prepare(cases[0].case, comm)
-        for case in cases:
-            if case.coordinates["variant"] == "omega 0.9, frictionless start, stop on u_t":
-                solution = run_with(prepared, case.case.method)
-                assert solution.converged, case.id
-                counts[case.coordinates["problem"], case.coordinates["rule"]].append(
-                    solution.iterations
-                )
+        places = np.flatnonzero(groups.of_case == group)
+        prepared = prepare(sweep[places[0]], comm)
+        for place in places:
+            varied = sweep.coordinates(place)
+            if varied["variant"] == "omega 0.9, frictionless start, stop on u_t":
+                solution = run_with(prepared, sweep[place].method)
+                assert solution.converged, sweep.ids[place]
+                counts[varied["problem"], varied["rule"]].append(solution.iterations)
         prepared.close()
     assert sum(map(len, counts.values())) == 128
     assert [round(np.mean(counts[kind])) for kind in KINDS] == NEAREST

@@ -97,7 +97,7 @@ def test_a_case_without_a_mesh_is_what_a_solve_gives(tmp_path, comm):
     assert "share" not in lines[0] and "on a first mesh" in lines[2]
     table = read_case_table(tmp_path / "out")
     assert np.all(table.numbers("estimated_error") <= [5e-2, 2e-2])
-    alone, kept = solve(sweep[0].case, comm=comm), load_case(tmp_path / "out", sweep.ids[0])
+    alone, kept = solve(sweep[0], comm=comm), load_case(tmp_path / "out", sweep.ids[0])
     assert kept.verdict().split("time")[0] == alone.verdict().split("time")[0]
     assert table.numbers("estimated_error")[0] == alone.accuracy.error
     assert table.numbers("warnings")[0] == len(alone.warnings)

@@ -61,7 +61,7 @@ def table_of(folder) -> dict:
 
 
 def test_the_plan_knows_the_size_and_memory_of_what_is_assembled(small, comm):
-    case = next(c.case for c in small if c.case.mesh.element_size == 0.4)
+    case = next(c for c in small if c.mesh.element_size == 0.4)
     cost = estimate(case, 1)
     prepared = prepare(case, comm)
     (mesh,), (contact,) = prepared.discrete.meshes, prepared.discrete.interfaces
@@ -82,7 +82,7 @@ def test_a_body_that_cannot_be_meshed_costs_nothing(small, monkeypatch):
         raise InputError("no mesh")
 
     monkeypatch.setattr(costs, "mesh_of", refuse)
-    cost = estimate(small[0].case, 1)
+    cost = estimate(small[0], 1)
     assert (cost.nodes, cost.memory) == (0, 0.0)
 
 
@@ -104,8 +104,7 @@ def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(
     assert (summary.computed, summary.reused, summary.failed, summary.exit_status) == (8, 0, {}, 0)
     assert calls == [4, 4]
     monkeypatch.undo()
-    chosen = small[5]
-    alone, kept = solve(chosen.case, comm=comm), load_case(folder, chosen.id)
+    alone, kept = solve(small[5], comm=comm), load_case(folder, small.ids[5])
     assert kept.iterations == alone.iterations
     np.testing.assert_allclose(kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9)
     before = table_of(folder)
@@ -133,13 +132,13 @@ def test_loads_gaps_and_friction_share_one_elimination(tmp_path, monkeypatch, co
     assert len(calls) == 1
     # the one whose load is no number fails, also where it is the first of its group
     assert len(summary.failed) == 1
-    for chosen in sweep:
-        if chosen.id in summary.failed:
+    for id_, case in zip(sweep.ids, sweep, strict=True):
+        if id_ in summary.failed:
             with pytest.raises(InputError) as alone:
-                solve(chosen.case, comm=comm)
-            assert summary.failed[chosen.id] == str(alone.value)
+                solve(case, comm=comm)
+            assert summary.failed[id_] == str(alone.value)
         else:
-            alone, kept = solve(chosen.case, comm=comm), load_case(tmp_path / "out", chosen.id)
+            alone, kept = solve(case, comm=comm), load_case(tmp_path / "out", id_)
             assert kept.status == alone.status == "converged"
             for one, other in (
                 (kept.u, alone.u),
@@ -167,7 +166,7 @@ def test_fields_are_kept_where_they_are_asked_for(tmp_path, keep, comm):
         with pytest.raises(ResultError, match="no fields"):
             load_case(tmp_path / "out", sweep.ids[3])
         return
-    alone = solve(sweep[3].case, comm=comm)
+    alone = solve(sweep[3], comm=comm)
     kept = load_case(tmp_path / "out", sweep.ids[3])
     np.testing.assert_allclose(kept["u_t"], alone.contact.u_t, rtol=1e-9, atol=1e-12)
     assert list(kept["part"]) == list(alone.contact.part)

@@ -28,25 +28,6 @@ rest in their turn."""
 
 
 @dataclass(frozen=True)
-class SweepCase:
-    """One case of a sweep.
-
-    Attributes
-    ----------
-    id : str
-        Readable and the same in every run, for example ``example1-modified-rho1e3-h0.05``; a valid
-        file name.
-    case : Problem
-    coordinates : dict
-        What distinguishes the case: problem, variant, and the value of each key that varies.
-    """
-
-    id: str
-    case: Problem
-    coordinates: dict[str, Any]
-
-
-@dataclass(frozen=True)
 class Base:
     """A problem in a variant: what the axes are crossed with.
 
@@ -74,7 +55,6 @@ class Sweep:
 
     Attributes
     ----------
-    title : str
     file : SweepFile
     bases : list of Base
     axes : list of Axis
@@ -91,7 +71,6 @@ class Sweep:
         self.content = (source, data, problems)
         self.source = source
         self.file: SweepFile = parse(SweepFile, data, source)
-        self.title = self.file.title
         self.axes, names = make_axes(self.file, list(problems.values()), source)
         self.bases = _bases(self.file, problems, source)
         keys = [key for axis in self.axes for key in axis.keys]
@@ -106,19 +85,18 @@ class Sweep:
     def __len__(self) -> int:
         return math.prod(self.shape)
 
-    def __getitem__(self, place: int) -> SweepCase:
+    def __getitem__(self, place: int) -> Problem:
         if not 0 <= place < len(self):
             raise IndexError(place)
         base, varied = self._entries(place)
         source = f"{self.source}: {self.ids[place]}"
-        case = parse_problem(
-            copy.deepcopy(base.data), source, {**base.fixed, **varied}, base.folder
-        )
-        return SweepCase(self.ids[place], case, self.coordinates(place))
+        data = copy.deepcopy(base.data)
+        return parse_problem(data, source, {**base.fixed, **varied}, base.folder)
 
     @functools.cached_property
     def ids(self) -> list[str]:
-        """Of all cases, by place."""
+        """Of all cases, by place: readable, the same in every run, names of files, for example
+        ``example1-modified-rho1e3-h0.05``."""
         bases = [
             "-".join(filter(None, (base.problem, base.variant and value_word(base.variant))))
             for base in self.bases

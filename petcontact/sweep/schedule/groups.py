@@ -73,7 +73,7 @@ def _first_cases(sweep: Sweep) -> Iterator[Problem | None]:
     """One case of each base; None if it is invalid."""
     for place in range(0, len(sweep), len(sweep) // len(sweep.bases)):
         try:
-            yield sweep[place].case
+            yield sweep[place]
         except PetcontactError:
             yield None
 
@@ -144,8 +144,8 @@ def describe(
         else ""
     )
     plan = [
-        f"{sweep.title or 'sweep'}: {_count(cases, 'case')}, {finished} finished already, {to_do} "
-        f"to compute{shared}",
+        f"{sweep.file.title or 'sweep'}: {_count(cases, 'case')}, {finished} finished already, "
+        f"{to_do} to compute{shared}",
         f"  {_count(teams, 'team')} of {_count(ranks, 'rank')} each; kept beside the table: "
         f"{sweep.keep}",
     ]

@@ -210,7 +210,7 @@ def read_case_table(path: str | Path) -> CaseTable:
     folder = SweepFolder(path.parent if path.name == "results.h5" else path)
     sweep, identity = folder.read_index()
     return CaseTable(
-        sweep.title,
+        sweep.file.title,
         sweep.coordinate_names,
         derived(sweep, identity, folder.log_files()),
         folder.path,

@@ -107,7 +107,7 @@ class SweepFolder:
         content = {
             "format": FORMAT,
             "version": FORMAT_VERSION,
-            "title": sweep.title,
+            "title": sweep.file.title,
             "cases": len(sweep),
             "source": source,
             "sweep": data,

@@ -48,9 +48,9 @@ omega = 0.9
         "example1-other-start-poissonratio0.2-tau1",
         "example1-other-start-poissonratio0.3-tau1",
     ]
-    found = [(sweep[k].case.method.omega, sweep[k].case.method.start) for k in (0, 2, 4, 6)]
+    found = [(sweep[k].method.omega, sweep[k].method.start) for k in (0, 2, 4, 6)]
     assert found == [(1.5, "zero"), (0.9, "frictionless")] * 2
-    assert sweep[3].coordinates == {
+    assert sweep.coordinates(3) == {
         "problem": "example1",
         "variant": "other start",
         "poisson_ratio": 0.3,
@@ -65,7 +65,7 @@ def test_loads_of_parts_and_bodies_have_speaking_names(tmp_path):
         "boundary.0.friction_bound": [100.0],
     }
     sweep = sweep_of(tmp_path, cross=crossed)
-    left, right = (sweep[0].case.boundary[k].part for k in (2, 3))
+    left, right = (sweep[0].boundary[k].part for k in (2, 3))
     assert sweep.coordinate_names == [
         "problem",
         f"{left}.value.x",
@@ -113,7 +113,7 @@ def test_zipped_lists_are_walked_together_and_crossed_with_the_rest(tmp_path):
     together = {"rho": [1.0, 10.0, 100.0], "omega": [1.8, 1.6, 1.4]}
     sweep = sweep_of(tmp_path, cross={"tau": [1.0, 2.0]}, zip=together)
     assert len(sweep) == 6
-    assert {(c.case.method.rho, c.case.method.omega) for c in sweep} == {
+    assert {(c.method.rho, c.method.omega) for c in sweep} == {
         (1.0, 1.8),
         (10.0, 1.6),
         (100.0, 1.4),
@@ -130,13 +130,13 @@ def test_samples_fill_their_box_evenly_and_are_the_same_for_the_same_seed(tmp_pa
         return sweep_of(tmp_path, sample=sample, **{"sample.range": box})
 
     sweep = drawn(3)
-    points = np.array([[c.coordinates["rho"], c.coordinates["poisson_ratio"]] for c in sweep])
+    points = np.array([[c.method.rho, c.material.poisson_ratio] for c in sweep])
     unit = np.transpose([np.log10(points[:, 0]) / 4.0, (points[:, 1] - 0.1) / 0.3])
     # one point in each of 64 slices of each coordinate: both designs are Latin for a power of two
     assert all(sorted((64 * column).astype(int)) == list(range(64)) for column in unit.T)
     again, other = drawn(3), drawn(4)
-    assert [c.coordinates for c in again] == [c.coordinates for c in sweep]
-    assert other[0].coordinates != sweep[0].coordinates
+    assert list(again) == list(sweep)
+    assert other.coordinates(0) != sweep.coordinates(0)
     assert sweep.ids[9] == "example1-sample10"
 
 
@@ -149,7 +149,7 @@ def test_points_of_a_csv_file(tmp_path):
     (tmp_path / "points.csv").write_text("\n".join(lines))
     sweep = sweep_of(tmp_path, points="points.csv")
     assert sweep.ids == ["example1-point1", "example1-point2"]
-    second = sweep[1].case
+    second = sweep[1]
     assert (second.method.rho, second.method.rule, second.boundary[0].friction_bound) == (
         2e3,
         "self-adaptive",

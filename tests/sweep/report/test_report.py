@@ -53,7 +53,7 @@ def swept(tmp_path_factory):
     sweep = read_sweep(sweep_file(folder, SWEEP))
 
     def failing(prepared):
-        if prepared.discrete.problem == sweep[sweep.ids.index(FAILED)].case:
+        if prepared.discrete.problem == sweep[sweep.ids.index(FAILED)]:
             raise SolverError("iterate", "made to fail", "nothing")
         return run(prepared)
 
