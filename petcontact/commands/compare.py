@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             cases, contenders=names, rhos=rhos, reference=arguments.reference, comm=comm, say=say
         )
     if first:
-        status.clear()
+        status.close()
         text = markdown(rows)
         print(text, end="")
         folder = Path(arguments.output)

@@ -101,13 +101,10 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
             status.show(iteration_line(state, tolerance))
             return stop.reason
 
-        try:
-            with in_file(arguments.config):
-                many = adaptive or adapts_itself(case)
-                shown = {"announce": announcer(status, many), "reached": meshes} if first else {}
-                solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
-        finally:
-            status.clear()
+        with contextlib.closing(status), in_file(arguments.config):
+            many = adaptive or adapts_itself(case)
+            shown = {"announce": announcer(status, many), "reached": meshes} if first else {}
+            solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
             solution = replace(solution, written=() if interrupted else written_numbers(solution))
@@ -271,7 +268,7 @@ class Meshes:
         )
         text = f"mesh {mesh.number}: {mesh.nodes} nodes, {error}, {mesh.seconds:.1f} s"
         if self._status.enabled or mesh.seconds > SOON:
-            self._status.clear()
+            self._status.close()
             print(f"petcontact: {text}", file=sys.stderr, flush=True)
         if mesh.seconds > SOON:
             with contextlib.suppress(OutputError):  # the result itself will meet it

@@ -8,20 +8,10 @@ import math
 import os
 import sys
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.status import Status
-
-LAUNCHERS = {"mpiexec", "mpirun", "orterun", "prterun", "prun", "mpiexec.hydra", "srun"}
-LAUNCHERS |= {
-    "mpiexec.openmpi",
-    "mpirun.openmpi",
-    "mpiexec.mpich",
-    "mpirun.mpich",
-}  # Debian's names
-RANK_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID")
 
 
 def mend_streams() -> None:
@@ -96,44 +86,8 @@ class StatusLine:
             self._status.start()
         self._status.update(text.replace("[", r"\["))
 
-    def clear(self) -> None:
+    def close(self) -> None:
         """Clear the status line."""
         if self._status is not None:
             self._status.stop()
             self._status = None
-
-
-def on_terminal() -> bool:
-    """Whether standard error ends on a terminal.
-
-    Launchers of MPI put a pipe or a terminal of their own between a rank and the user; then the
-    launcher's standard error counts, if it runs on this machine.
-    """
-    launcher = (
-        _launcher(os.getppid()) if any(name in os.environ for name in RANK_VARIABLES) else None
-    )
-    if launcher is None:
-        return sys.stderr.isatty()
-    try:
-        return os.readlink(f"/proc/{launcher}/fd/2").startswith(
-            ("/dev/pts/", "/dev/tty", "/dev/console")
-        )
-    except OSError:
-        return False
-
-
-def _launcher(process: int) -> int | None:
-    """The nearest launcher among the ancestors of a process."""
-    while process > 1:
-        try:
-            # the name is in parentheses and may contain any character; the parent's id is the
-            # second field after it
-            name, _, rest = (
-                Path(f"/proc/{process}/stat").read_text().partition("(")[2].rpartition(")")
-            )
-        except OSError:
-            return None
-        if name in LAUNCHERS:
-            return process
-        process = int(rest.split()[1])
-    return None

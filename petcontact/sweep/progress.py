@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..runtime.terminal import StatusLine, on_terminal
+from ..runtime.terminal import StatusLine
 from .schedule.deal import Counters
 
 DONE, FAILED = "done", "failed"
@@ -36,7 +36,7 @@ class Progress:
         self._counters, self._cases, self._began = counters, cases, time.monotonic()
         self._first: tuple[float, int] | None = None
         self._over = threading.Event()
-        self._status = StatusLine(enabled and on_terminal())
+        self._status = StatusLine(enabled and sys.stderr.isatty())
         self._thread = (
             threading.Thread(target=self._watch, daemon=True) if enabled and cases else None
         )
@@ -49,7 +49,7 @@ class Progress:
         self._over.set()
         if self._thread is not None:
             self._thread.join()
-            self._status.clear()
+            self._status.close()
 
     def _watch(self) -> None:
         pause = 0.0 if self._status.enabled else PLAIN

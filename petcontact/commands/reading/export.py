@@ -10,6 +10,7 @@ numpy; FILE.inp is the stiffness for Abaqus.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
 from pathlib import Path
 from typing import Any
@@ -128,14 +129,11 @@ def _fields(arguments: argparse.Namespace, solution: Any) -> None:
     from ...runtime.terminal import StatusLine
     from .field import grid
 
-    status = StatusLine(sys.stderr.isatty(), True)
     resolution = grid(arguments.grid)
-    try:
+    with contextlib.closing(StatusLine(sys.stderr.isatty(), True)) as status:
         write_vtkhdf(
             arguments.vtkhdf,
             solution,
             resolution,
             lambda share: status.show(f"fields: {share:.0%}"),
         )
-    finally:
-        status.clear()

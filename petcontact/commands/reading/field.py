@@ -9,6 +9,7 @@ table.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 import sys
 from pathlib import Path
@@ -177,8 +178,7 @@ def _write_fields(
 
     bodies = arguments.body or list(solution.meshes)
     only_one = len(bodies) == 1 and (arguments.step is not None or len(solution.tried) == 1)
-    status = StatusLine(sys.stderr.isatty(), True)
-    try:
+    with contextlib.closing(StatusLine(sys.stderr.isatty(), True)) as status:
         if only_one:
             return one_field(
                 output,
@@ -200,8 +200,6 @@ def _write_fields(
             degrees=arguments.revolve,
         ):
             print(path)
-    finally:
-        status.clear()
     return {}
 
 
