@@ -19,9 +19,9 @@ def digest(number, formulation, comm):
         solution.traction,
         solution.contact.u_t,
         solution.contact.sigma_t,
-        np.array(solution.history.rho),
-        np.array(solution.history.change),
-        np.array(solution.history.residual),
+        np.array(solution.last.history.rho),
+        np.array(solution.last.history.change),
+        np.array(solution.last.history.residual),
     ]
     return hashlib.sha256(
         b"".join(np.ascontiguousarray(field).tobytes() for field in fields)

@@ -12,7 +12,6 @@ import numpy as np
 from ..arrays import Array
 from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
-from ..contact.state import History
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
@@ -67,33 +66,6 @@ class SolutionData(Evaluated):
     def bodies(self) -> dict[str, BodyResult]:
         """Bodies after the last increment."""
         return self.last.bodies
-
-    @property
-    def history(self) -> History:
-        """Iterations of the last increment."""
-        return self.last.history
-
-    @property
-    def rho(self) -> float:
-        """Robin parameter of the last iteration [stress/length]."""
-        return self.last.rho
-
-    @property
-    def residual(self) -> float:
-        """‖R_ρ‖ in L2(Γ_C) with that ρ [stress · length^½]."""
-        return self.last.residual
-
-    @property
-    def relative_residual(self) -> float:
-        """Residual of the friction law after the last increment: depends on no ρ and on no
-        units."""
-        return self.last.residuals["tangential"]
-
-    @property
-    def elastic_residual(self) -> float:
-        """Largest defect of (4.10) at random nodes after the last increment, over the largest
-        displacement [-]."""
-        return self.last.residuals["elastic"]
 
     @property
     def kind(self) -> str:

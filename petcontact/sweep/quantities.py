@@ -247,9 +247,9 @@ def _facts(solution: Solution) -> dict[str, Any]:
     return {
         "published": published_count(case) if isinstance(case, Problem) else None,
         "iterations": solution.iterations,
-        "final_rho": solution.rho,
-        "residual": solution.residual,
-        "elastic_residual": solution.elastic_residual,
+        "final_rho": solution.last.rho,
+        "residual": solution.last.residual,
+        "elastic_residual": solution.last.residuals["elastic"],
         "iterate_seconds": seconds["steps"] if "steps" in seconds else seconds["iterate"],
     }
 

@@ -18,7 +18,7 @@ block = load(
 own = solve(block, rule=Geometric())
 theirs = solve(block)
 print(
-    f"{own.provenance.rule}: {own.iterations} iterations to ρ = {own.rho:.0f}; {theirs.provenance.rule}: "
+    f"{own.provenance.rule}: {own.iterations} iterations to ρ = {own.last.rho:.0f}; {theirs.provenance.rule}: "
     f"{theirs.iterations}"
 )
 result = abs(own.contact.u_t - theirs.contact.u_t).max() / abs(theirs.contact.u_t).max()

@@ -49,14 +49,14 @@ def drawn(draw, solution):
 
 
 def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
-    assert solution.history.exchanged[-1] == 0
-    assert len(solution.history.exchanged) == solution.iterations
+    assert solution.last.history.exchanged[-1] == 0
+    assert len(solution.last.history.exchanged) == solution.iterations
     left, right = drawn(curves.draw_history, solution).axes
     assert right.get_title() == "active sets"
-    assert np.array_equal(right.lines[0].get_ydata(), solution.history.exchanged)
+    assert np.array_equal(right.lines[0].get_ydata(), solution.last.history.exchanged)
     assert not left.lines[0].get_ydata()[-1] > 1e-12
     write_solution(tmp_path / "r.h5", solution)
-    assert read_result(tmp_path / "r.h5").history == solution.history
+    assert read_result(tmp_path / "r.h5").last.history == solution.last.history
     left, right = drawn(curves.draw_history, solve(example(1, mesh=COARSE))).axes
     assert right.get_title() == "Robin parameter" and len(left.lines) == 3
 

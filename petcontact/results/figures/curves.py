@@ -57,12 +57,12 @@ def along(solution: SolutionData, name: str) -> str:
 def draw_history(figure: Any, solution: SolutionData) -> None:
     """How the method converged in the last increment: residuals, and what it adapts, ρ_k or the
     active sets."""
-    history = solution.history
+    history = solution.last.history
     k = np.arange(1, len(history) + 1)
     left, right = figure.subplots(1, 2)
     # a row holds the residual of the iterate that its step starts from: the last iterate's comes
     # after
-    residual = np.array([*history.residual, solution.residual])
+    residual = np.array([*history.residual, solution.last.residual])
     largest = float(np.nanmax(residual, initial=0.0)) or 1.0
     # a logarithmic axis has no place for round-off, nor for a zero
     scaled = np.where(residual > ROUNDED * largest, residual / largest, np.nan)

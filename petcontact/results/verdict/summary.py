@@ -54,8 +54,8 @@ def _residuals(solution: SolutionData, said: str) -> list[str]:
     """What equations and laws leave over, and of the paper's problem how the method ended."""
     items = said.split(", ") if said else []
     if solution.kind == "bilateral":
-        items += [_method(solution), f"|R_rho| {solution.residual:.2e}"]
-        items.append(f"elastic residual {solution.elastic_residual:.1e}")
+        items += [_method(solution), f"|R_rho| {solution.last.residual:.2e}"]
+        items.append(f"elastic residual {solution.last.residuals['elastic']:.1e}")
     return wrapped("  ", items)
 
 
@@ -220,13 +220,13 @@ def _ends(accuracy: Accuracy) -> list[str]:
 
 
 def _method(solution: SolutionData) -> str:
-    method, history = solution.problem.method, solution.history
+    method, history = solution.problem.method, solution.last.history
     name = solution.provenance.method or method.resolved_name
     iterations = f"{solution.iterations} iteration{'s' if solution.iterations != 1 else ''}"
     if name != "projection" or not history.rho:
         return f"{name}: {iterations}"
     rule = solution.provenance.rule or method.rule or "modified"
-    return f"{name}, rule {rule}: {iterations}, rho {history.rho[0]:.6g} -> {solution.rho:.6g}"
+    return f"{name}, rule {rule}: {iterations}, rho {history.rho[0]:.6g} -> {solution.last.rho:.6g}"
 
 
 def _zones(solution: SolutionData, part: str) -> list[str]:

@@ -57,7 +57,8 @@ def contact_arrays(solution: Solution) -> dict[str, Any]:
     columns = solution.columns()
     if solution.kind == "bilateral":
         history = {
-            f"history_{key}": np.array(getattr(solution.history, key), float) for key in COLUMNS
+            f"history_{key}": np.array(getattr(solution.last.history, key), float)
+            for key in COLUMNS
         }
         return {**{name: columns[name] for name in ContactFields.__dataclass_fields__}, **history}
     tried = {
