@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,19 +23,6 @@ from ..data import SolutionData
 from ..records import BodyResult, StepResult
 from .places import vtk_cells
 from .writing import unit_notes, write_mesh
-
-
-@dataclass(frozen=True)
-class _Values:
-    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of
-    the shear, what evaluates the stress, and the estimated error of the traction (n_elements,)."""
-
-    u: Array
-    traction: Array
-    state: Index
-    bound: Array
-    fields: BodyFields
-    error: Array
 
 
 def write_boundary_vtu(
@@ -96,21 +82,14 @@ def write_boundary_vtu(
 def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
     """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an
     increment."""
-    mesh, result = solution.meshes[name], step.bodies[name]
-    values = _Values(
-        result.u,
-        result.traction,
-        np.full(mesh.n_nodes, -1),
-        np.zeros(mesh.n_nodes),
-        solution.body_fields(name, step),
-        traction_error(mesh, result),
-    )
+    mesh = solution.meshes[name]
+    state, bound = np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes)
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:
-            nodes, bound = solution.nodes[pair], step.pairs[pair].bound
-            values.state[nodes] = step.pairs[pair].state
-            values.bound[nodes] = np.where(np.isfinite(bound), bound, np.finfo(np.float64).max)
-    return _cells(mesh, values)
+            nodes, bounds = solution.nodes[pair], step.pairs[pair].bound
+            state[nodes] = step.pairs[pair].state
+            bound[nodes] = np.where(np.isfinite(bounds), bounds, np.finfo(np.float64).max)
+    return _cells(mesh, solution.body_fields(name, step), state, bound)
 
 
 def traction_error(mesh: BoundaryMesh, result: BodyResult) -> Array:
@@ -120,8 +99,9 @@ def traction_error(mesh: BoundaryMesh, result: BodyResult) -> Array:
 
 
 @functools.singledispatch
-def _cells(mesh: Any, values: _Values) -> Any:
-    """Cells of a kind of mesh, with point and cell data."""
+def _cells(mesh: Any, fields: BodyFields, state: Index, bound: Array) -> meshio.Mesh:
+    """Cells of a kind of mesh, with point and cell data, from the state (n,) of nodes, -1 off the
+    contact, and the bound (n,) of the shear."""
     turn = np.abs(mesh.curvature * mesh.length)
     # arcs are cut into lines that turn by a tenth at most
     counts = np.maximum(np.maximum(2 * mesh.order, 1), np.ceil(turn / 0.1).astype(np.int64))
@@ -131,18 +111,17 @@ def _cells(mesh: Any, values: _Values) -> Any:
     )
     place = (np.arange(len(element)) - np.searchsorted(element, element)) / counts[element]
     middle = (np.arange(len(lines)) - np.searchsorted(lines, lines) + 0.5) / counts[lines]
-    at, stress = mesh.variables_at(element, place), values.fields.on_boundary(element, place)
+    at, stress = mesh.variables_at(element, place), fields.on_boundary(element, place)
     x, normal = np.column_stack([at["x"], at["y"]]), np.column_stack([at["nx"], at["ny"]])
-    along = mesh.basis_at(element, place) @ np.column_stack(
-        [values.u, values.traction, values.bound]
-    )
-    cell_state = values.state[_nearest(mesh, lines, middle)]
+    nodal = np.column_stack([fields.found.u, fields.found.traction, bound])
+    cell_state = state[_nearest(mesh, lines, middle)]
     touches = np.ones(mesh.n_elements, dtype=bool)
     touches[lines[cell_state < 0]] = False
     touching = touches[element]
-    u, traction, bound = np.split(along, [mesh.components, -1], axis=1)
-    bound = np.where(touching, np.maximum(bound[:, 0], 0.0), np.inf)
-    sigma_n, sigma_t, traction = _within(bound, traction, normal, mesh)
+    values = mesh.basis_at(element, place) @ nodal
+    u, traction, limit = np.split(values, [mesh.components, -1], axis=1)
+    limit = np.where(touching, np.maximum(limit[:, 0], 0.0), np.inf)
+    sigma_n, sigma_t, traction = _within(limit, traction, normal, mesh)
     return meshio.Mesh(
         lifted(x, 3),
         [
@@ -159,39 +138,39 @@ def _cells(mesh: Any, values: _Values) -> Any:
             "normal": lifted(normal, 3),
             "sigma_n": sigma_n,
             **dict(zip(("sigma_t", "sigma_theta"), sigma_t.T, strict=False)),
-            "friction_bound": np.where(touching, bound, 0.0),
+            "friction_bound": np.where(touching, limit, 0.0),
             "arc_length": at["s"],
             **_stress_data(stress),
         },
         cell_data={
             "part": [mesh.part[lines]],
             "contact": [cell_state],
-            "traction_error": [values.error[lines]],
+            "traction_error": [traction_error(mesh, fields.found)[lines]],
         },
     )
 
 
 @_cells.register
-def _(mesh: SurfaceMesh, values: _Values) -> Any:
+def _(mesh: SurfaceMesh, fields: BodyFields, state: Index, bound: Array) -> meshio.Mesh:
     places, cells = vtk_cells(mesh)
     at = mesh.basis_at(places.element, places.place)
-    state = np.full(mesh.n_elements, -1)
-    np.maximum.at(state, mesh.element, values.state)
-    stress = values.fields.on_boundary(places.element, places.place)
+    panel_state = np.full(mesh.n_elements, -1)
+    np.maximum.at(panel_state, mesh.element, state)
+    stress = fields.on_boundary(places.element, places.place)
     return meshio.Mesh(
         stress.x,
         [(kind, numbers) for kind, numbers, _ in cells],
         point_data={
-            "displacement": at @ values.u,
-            "traction": at @ values.traction,
+            "displacement": at @ fields.found.u,
+            "traction": at @ fields.found.traction,
             **_stress_data(stress),
         },
         cell_data={
             name: [field[panels] for _, _, panels in cells]
             for name, field in (
                 ("part", mesh.part),
-                ("contact", state),
-                ("traction_error", values.error),
+                ("contact", panel_state),
+                ("traction_error", traction_error(mesh, fields.found)),
             )
         },
     )

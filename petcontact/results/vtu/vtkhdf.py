@@ -73,8 +73,9 @@ def write_vtkhdf(
             if k == 0:
                 _write_geometry(root, geometry)
                 _write_steps(root, [solution.time(step) for step in steps], points, cells)
-            _append(root["PointData"], points)
-            _append(root["CellData"], cells)
+            for group, fields in (("PointData", points), ("CellData", cells)):
+                for key, values in fields.items():
+                    root[group][key][k * len(values) : (k + 1) * len(values)] = values
 
 
 Fields = dict[str, Array]
@@ -153,22 +154,9 @@ def _write_steps(root: Any, times: list[float], points: Fields, cells: Fields) -
     )
     steps["CellOffsets"] = steps["ConnectivityIdOffsets"] = np.zeros((count, 1), dtype=np.int64)
     for group, fields in (("PointData", points), ("CellData", cells)):
-        root.create_group(group)
         for key, values in fields.items():
-            steps[f"{group}Offsets/{key}"] = len(values) * np.arange(count, dtype=np.int64)
-
-
-def _append(group: Any, fields: Fields) -> None:
-    """Fields of an increment after those of the one before."""
-    for key, values in fields.items():
-        if key not in group:
-            group.create_dataset(
-                key,
-                data=values,
-                maxshape=(None, *values.shape[1:]),
-                compression="gzip",
-                shuffle=True,
+            shape = (count * len(values), *values.shape[1:])
+            root.create_dataset(
+                f"{group}/{key}", shape, values.dtype, compression="gzip", shuffle=True
             )
-            continue
-        group[key].resize(len(group[key]) + len(values), axis=0)
-        group[key][-len(values) :] = values
+            steps[f"{group}Offsets/{key}"] = len(values) * np.arange(count, dtype=np.int64)
