@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 
 import numpy as np
 
@@ -106,15 +107,17 @@ def unit_of(kind: str, units: Units, power: int) -> str:
 def wrapped(head: str, items: list[str], separator: str = ",", width: int = WIDTH) -> list[str]:
     """Items joined by commas, or words (separator " "), broken into lines that are indented under
     the first, or by four more than it where it is long."""
-    if separator == " ":
-        items = " ".join(items).split(" ")
+    if separator == ",":
+        items = [item.replace(" ", KEPT) for item in items]
     indent = len(head) if len(head) <= width // 3 else len(head) - len(head.lstrip()) + 4
-    lines, line = [], head
-    for k, item in enumerate(items):
-        text = item + (separator.strip() if k < len(items) - 1 else "")
-        begun = line.strip() != head.strip()
-        if len(line) + len(text) > width and (begun or indent < len(head)) and line.strip():
-            lines.append(line.rstrip())
-            line = " " * indent
-        line += text + " "
-    return [each.replace(KEPT, " ") for each in (*lines, line.rstrip())]
+    start = head.replace(" ", KEPT)
+    if indent < len(head):  # a long head may stand alone on its line
+        start = f"{start[:-1]} "
+    lines = textwrap.wrap(
+        start + f"{separator.strip()} ".join(items),
+        width,
+        subsequent_indent=" " * indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return [line.replace(KEPT, " ").rstrip() for line in lines] or [""]
