@@ -86,7 +86,7 @@ def _step_number(option: str, name: str, names: list[str]) -> int:
 
 def sites_of(
     solution: SolutionData, increments: list[StepResult], body: str, parts: list[str], depths: Array
-) -> Sites | None:
+) -> Sites:
     """Nodes of parts of a body, the best places between them, and points below the nodes next to
     contact.
 
@@ -96,12 +96,10 @@ def sites_of(
     increments : list of StepResult
     body : str
     parts : list of str
-        None of them: none of the body.
+        At least one.
     depths : (m,) array
         Increasing, the first may be 0 [length].
     """
-    if not parts:
-        return None
     mesh = solution.meshes[body]
     chosen = np.isin(mesh.part, [mesh.part_names.index(part) for part in parts])
     element, place = (

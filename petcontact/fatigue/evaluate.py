@@ -16,7 +16,7 @@ from ..results.data import SolutionData
 from ..results.numbers import stress_name
 from ..results.records import below
 from .cycle import Sites, cycle_of, parts_in_contact, sites_of
-from .parameters import PARAMETERS, Constants
+from .parameters import PARAMETERS
 from .ruiz import ruiz_sites
 
 RUIZ = {"ruiz-1": 0, "ruiz-2": 1}
@@ -120,15 +120,10 @@ def fatigue(
     else:
         depths = depth * (np.arange(LAYERS + 1) / LAYERS) ** 2
         for member in solution.problem.body:
-            sites = sites_of(
-                solution, increments, member.name, chosen.get(member.name, []), depths[depths > 0.0]
-            )
-            if sites is not None:
-                constants = Constants(
-                    member.material.young_modulus, member.material.poisson_ratio, sensitivity or 0.0
-                )
-                damage = PARAMETERS[parameter][0](sites.stress, constants)
-                results.append(Found(sites, damage.value, damage.normal))
+            if own := chosen.get(member.name):
+                sites = sites_of(solution, increments, member.name, own, depths[depths > 0.0])
+                function, material = PARAMETERS[parameter][0], member.material
+                results.append(Found(sites, *function(sites.stress, material, sensitivity or 0.0)))
     if not results:
         raise InputError(
             "fatigue: none of these parts is in contact"
@@ -154,8 +149,8 @@ def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -
     if not np.isfinite(larger):
         return np.nan
     (material,) = [b.material for b in solution.problem.body if b.name == worst.sites.body]
-    constants = Constants(material.young_modulus, material.poisson_ratio, sensitivity or 0.0)
-    return float(PARAMETERS[result.parameter][0](larger * stress, constants).value[0]) - value
+    raised, _ = PARAMETERS[result.parameter][0](larger * stress, material, sensitivity or 0.0)
+    return float(raised[0]) - value
 
 
 def _work(solution: SolutionData) -> float:

@@ -7,53 +7,23 @@ they know nothing of bodies, meshes or contact.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
+from ..model.bodies import Material
 from .planes import critical_planes
 from .smallest_ball import smallest_ball
 
-
-@dataclass(frozen=True)
-class Constants:
-    """Of the material.
-
-    Attributes
-    ----------
-    young_modulus, poisson_ratio : float
-        E [stress] and ν [-].
-    sensitivity : float
-        k of Findley, α of Crossland and of Dang Van: what normal or hydrostatic stress counts [-].
-    """
-
-    young_modulus: float
-    poisson_ratio: float
-    sensitivity: float = 0.0
+Values = tuple[Array, Array | None]
+"""A parameter at n points (n,) [stress], and the normals (n, 3) of the critical planes; None where
+a parameter has none."""
+Parameter = Callable[[Array, Material, float], Values]
+"""Of stress (k, n, 3, 3) [stress], the material and the sensitivity: k of Findley, α of Crossland
+and of Dang Van, which is what normal or hydrostatic stress counts [-]."""
 
 
-@dataclass(frozen=True)
-class Damage:
-    """A parameter at n points.
-
-    Attributes
-    ----------
-    value : (n,) array
-        [stress]
-    normal : (n, 3) array, optional
-        Of the critical planes; None where a parameter has none.
-    """
-
-    value: Array
-    normal: Array | None = None
-
-
-Parameter = Callable[[Array, Constants], Damage]
-"""Of stress (k, n, 3, 3) [stress]."""
-
-
-def smith_watson_topper(stress: Array, constants: Constants) -> Damage:
+def smith_watson_topper(stress: Array, material: Material, sensitivity: float) -> Values:
     """Largest over planes of σ_n,max Δε_n/2, 0 where nothing opens (Smith, Watson, Topper 1970;
     Szolwinski, Farris 1996).
 
@@ -68,7 +38,7 @@ def smith_watson_topper(stress: Array, constants: Constants) -> Damage:
     >>> round(float(damage.value[0]), 6), damage.normal[0].round(3).tolist()
     (0.3, [1.0, 0.0, 0.0])
     """
-    e, nu = constants.young_modulus, constants.poisson_ratio
+    e, nu = material.young_modulus, material.poisson_ratio
 
     def value(stress: Array, normal: Array) -> Array:
         across, _ = on_planes(stress, normal)
@@ -76,10 +46,10 @@ def smith_watson_topper(stress: Array, constants: Constants) -> Damage:
         amplitude = 0.5 * (strain.max(axis=0) - strain.min(axis=0))
         return np.asarray(np.maximum(across.max(axis=0), 0.0) * amplitude)
 
-    return Damage(*critical_planes(stress, value))
+    return critical_planes(stress, value)
 
 
-def findley(stress: Array, constants: Constants) -> Damage:
+def findley(stress: Array, material: Material, sensitivity: float) -> Values:
     """Largest over planes of τ_a + k σ_n,max (Findley 1959), τ_a the radius of the smallest circle
     round the shear's path.
 
@@ -89,35 +59,27 @@ def findley(stress: Array, constants: Constants) -> Damage:
     def value(stress: Array, normal: Array) -> Array:
         across, shear = on_planes(stress, normal)
         amplitude = smallest_ball(np.moveaxis(shear, 0, 2))[1]
-        return np.asarray(amplitude + constants.sensitivity * across.max(axis=0))
+        return np.asarray(amplitude + sensitivity * across.max(axis=0))
 
-    return Damage(*critical_planes(stress, value))
+    return critical_planes(stress, value)
 
 
-def crossland(stress: Array, constants: Constants) -> Damage:
+def crossland(stress: Array, material: Material, sensitivity: float) -> Values:
     """√J2,a + α σ_H,max (Crossland 1956): half the diameter of the deviator's path in the norm
     √(s:s/2), and the largest hydrostatic stress tr σ/3. Under σ_a cos ωt it is σ_a (1/√3 + α/3)."""
     _, radius = smallest_ball(_vectors(deviator(stress)))
-    return Damage(
-        np.asarray(radius / np.sqrt(2.0) + constants.sensitivity * hydrostatic(stress).max(axis=0))
-    )
+    return np.asarray(radius / np.sqrt(2.0) + sensitivity * hydrostatic(stress).max(axis=0)), None
 
 
-def dang_van(stress: Array, constants: Constants) -> Damage:
+def dang_van(stress: Array, material: Material, sensitivity: float) -> Values:
     """Largest over the cycle of τ(t) + α σ_H(t) (Dang Van 1973): τ is half the difference of the
     largest and the smallest principal value of the deviator less the middle of the smallest ball
     round its path, the stress that grains shake down to. Under σ_a cos ωt it is σ_a (1/2 + α/3)."""
     parts = deviator(stress)
     middle = _tensor(smallest_ball(_vectors(parts))[0])
     principal = np.linalg.eigvalsh(parts - middle)
-    return Damage(
-        np.asarray(
-            (
-                0.5 * (principal[..., 2] - principal[..., 0])
-                + constants.sensitivity * hydrostatic(stress)
-            ).max(axis=0)
-        )
-    )
+    shear = 0.5 * (principal[..., 2] - principal[..., 0])
+    return np.asarray((shear + sensitivity * hydrostatic(stress)).max(axis=0)), None
 
 
 PARAMETERS: dict[str, tuple[Parameter, bool]] = {
