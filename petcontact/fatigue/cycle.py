@@ -11,7 +11,7 @@ from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
 from ..errors import InputError
 from ..fields.boundary.places import best_places
-from ..model.hints import among
+from ..model.hints import demand_name
 from ..results.body_fields import BodyFields, states_at
 from ..results.data import SolutionData
 from ..results.records import StepResult
@@ -77,8 +77,7 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
 
 def _step_number(option: str, name: str, names: list[str]) -> int:
     """The number of the only step of a name, from 1."""
-    if name not in names:
-        raise InputError(f"{option}: no step {name!r}{among(name, names)}")
+    demand_name(f"{option}: no step", name, names)
     if names.count(name) > 1:
         raise InputError(f"{option}: {names.count(name)} steps are called {name!r}")
     return names.index(name) + 1

@@ -11,7 +11,7 @@ import scipy
 
 from ..arrays import Array
 from ..errors import InputError
-from ..model.hints import among
+from ..model.hints import demand_name
 from ..results.data import SolutionData
 from ..results.numbers import stress_name
 from ..results.records import below
@@ -108,8 +108,7 @@ def fatigue(
     _check(parameter, depth, sensitivity)
     increments, names = cycle_of(solution, first, last), list(solution.meshes)
     for body in bodies or ():
-        if body not in names:
-            raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
+        demand_name("no body", body, names, "bodies are")
     chosen = _chosen_parts(solution, bodies or names, parts)
     results: list[Found] = []
     if parameter in RUIZ:
@@ -165,8 +164,7 @@ def _work(solution: SolutionData) -> float:
 
 def _check(parameter: str, depth: float, sensitivity: float | None) -> None:
     """Whether there is such a parameter, and it has what is given."""
-    if parameter not in NAMES:
-        raise InputError(f"parameter: no {parameter!r}{among(parameter, [*NAMES])}")
+    demand_name("parameter: no", parameter, NAMES)
     if not (np.isfinite(depth) and depth >= 0.0):
         raise InputError(f"depth: must be 0 or more, got {depth:g}")
     if depth and parameter in RUIZ:
@@ -193,8 +191,7 @@ def _chosen_parts(
         dict.fromkeys(name for body in bodies for name in solution.meshes[body].part_names)
     )
     for name in parts:
-        if name not in chosen:
-            raise InputError(f"no part {name!r}{among(name, chosen, 'parts are')}")
+        demand_name("no part", name, chosen, "parts are")
     return names
 
 

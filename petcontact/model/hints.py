@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
+
+from ..errors import InputError
 
 T = TypeVar("T")
 SYNONYMS = {
@@ -57,6 +59,18 @@ def among(given: Any, names: Sequence[str], there: str = "there are") -> str:
     (", did you mean 'right'?", '; bodies are none')
     """
     return nearest(given, [*names]) or f"; {there} {', '.join(names) or 'none'}"
+
+
+def demand_name(what: str, given: str, names: Iterable[str], there: str = "there are") -> None:
+    """Refuse a name that is none of those that there are.
+
+    >>> demand_name("no part", "rigth", ["left", "right"])
+    Traceback (most recent call last):
+    petcontact.errors.InputError: no part 'rigth', did you mean 'right'?
+    """
+    listed = [*names]
+    if given not in listed:
+        raise InputError(f"{what} {given!r}{among(given, listed, there)}")
 
 
 class Named(dict[str, T]):

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..geometry.rotation import Motions as Kind
 from .base import Expression, Finite, Model, Name, Vector, whole_or_auto
 from .bodies import Body, Displacement, Periodic, Traction
-from .hints import among
+from .hints import among, demand_name
 from .loads import LoadsChange, check_material
 
 Increments = Annotated[int | Literal["auto"], whole_or_auto(100_000)]
@@ -340,10 +340,7 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     for what, changes, names, there in named_changes:
         for k, named in enumerate(changes):
             place = f"{key}.{what.replace(' ', '_')}[{k}].name"
-            if named.name not in names:
-                raise InputError(
-                    f"{place}: no {what} {named.name!r}{among(named.name, names, there)}"
-                )
+            demand_name(f"{place}: no {what}", named.name, names, there)
             changed.append((place, what, named.name))
     for k, (place, what, name) in enumerate(changed):
         if (what, name) in [one[1:] for one in changed[:k]]:
@@ -358,8 +355,7 @@ def _body_of(change: Any, key: str, bodies: Sequence[Body]) -> Body:
     if change.body is None and len(names) > 1:
         raise InputError(f"{key}.body: this key is required where there are several bodies")
     name = change.body or names[0]
-    if name not in names:
-        raise InputError(f"{key}.body: no body {name!r}{among(name, names, 'bodies are')}")
+    demand_name(f"{key}.body: no body", name, names, "bodies are")
     return bodies[names.index(name)]
 
 

@@ -17,7 +17,7 @@ from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
-from ..model.hints import among
+from ..model.hints import demand_name
 from ..model.loaded_body import LoadedBody
 from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
@@ -138,8 +138,7 @@ def condensed_body(
     if name is None and len(bodies) > 1:
         raise InputError(f"--body: there are {', '.join(bodies)}; name the one to condense")
     name = bodies[0] if name is None else name
-    if name not in bodies:
-        raise InputError(f"no body {name!r}{among(name, bodies, 'bodies are')}")
+    demand_name("no body", name, bodies, "bodies are")
     number, mesh = bodies.index(name), solution.meshes[name]
     ends = [end for interface in problem.interfaces for end in interface.ends]
     parts = [part for part in mesh.part_names if (number, part) in ends]

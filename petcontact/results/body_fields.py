@@ -19,7 +19,7 @@ from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import InteriorField, Progress, points_in, stress_across
 from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.hints import among, nearest
+from ..model.hints import demand_name, nearest
 from ..model.loaded_body import LoadedBody
 from ..round_off import SINGLE
 from .records import BodyResult
@@ -50,9 +50,7 @@ def quantity(state: StressState, name: str) -> Array:
     InputError
         If there is none of that name.
     """
-    names = quantities(state.u.shape[1])
-    if name not in names:
-        raise InputError(f"no quantity {name!r}{among(name, names)}")
+    demand_name("no quantity", name, quantities(state.u.shape[1]))
     if name == "von_mises":
         return state.von_mises
     if name.startswith("principal"):

@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.hints import among
+from ..model.hints import demand_name
 from ..model.problem import Problem
 from ..refinement.known_data import gap_edges
 from .body_fields import BodyFields, states_at
@@ -90,9 +90,8 @@ class Evaluated:
             If there is no such body or increment.
         """
         names, after = [each.name for each in self.problem.body], self.increment(step)
-        if body is not None and body not in names:
-            raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
         name = names[0] if body is None else body
+        demand_name("no body", name, names, "bodies are")
         return self.once(
             ("fields", name),
             after,

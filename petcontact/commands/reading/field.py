@@ -78,7 +78,7 @@ add_arguments = options(
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
-    from ...model.hints import among
+    from ...model.hints import demand_name
     from ...results.body_fields import quantities
     from ...results.figures.stress import deformed_figure
     from ...results.vtu.revolve import check_revolved
@@ -97,8 +97,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
     shown = arguments.quantity or "von_mises"
-    if shown not in (names := quantities(next(iter(solution.meshes.values())).components)):
-        raise InputError(f"--quantity: no {shown!r}{among(shown, names)}")
+    names = quantities(next(iter(solution.meshes.values())).components)
+    demand_name("--quantity: no", shown, names)
     # before the inside, of which a coarse grid may have nothing
     if arguments.boundary:
         _write_boundaries(solution, arguments)

@@ -8,7 +8,7 @@ from ...bem.compatibility import check_revolution
 from ...errors import InputError
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
-from ...model.hints import among
+from ...model.hints import demand_name
 from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Contact, Periodic, Problem, Traction
@@ -121,8 +121,7 @@ def _end_in_words(problem: Problem, side: PosedInterface, role: str) -> str:
 
 
 def _known_part(key: str, part: str, parts: tuple[str, ...], noun: str = "part") -> None:
-    if part not in parts:
-        raise InputError(f"{key}: no {noun} {part!r}{among(part, parts, 'parts are')}")
+    demand_name(f"{key}: no {noun}", part, parts, "parts are")
 
 
 def body_alone(problem: Problem, number: int, boundary: Boundary) -> Body:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...contact.law_protocol import OPEN
 from ...errors import InputError
-from ...model.hints import among
+from ...model.hints import among, demand_name
 from ...runtime.figure_style import SIZE, save_all, style
 from ..data import SolutionData
 from ..records import PairResult, step_ends
@@ -76,8 +76,7 @@ def plot_all(
     """
     all_names = {**OF_ALL, **OF_DIMENSION[2], **OF_DIMENSION[3]}
     for name in names or ():
-        if name not in all_names:
-            raise InputError(f"names: no figure {name!r}{among(name, [*all_names])}")
+        demand_name("names: no figure", name, all_names)
     wanted = {
         name: functools.partial(draw, view=view) if view and name in WITH_VIEW else draw
         for name, draw in drawings(solution).items()

@@ -12,11 +12,10 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from ...arrays import Array, shown
-from ...errors import InputError
 from ...fields.stress_state import Field
 from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.hints import among
+from ...model.hints import demand_name
 from ...runtime.figure_style import label, legend_below, plain, save
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
@@ -103,8 +102,7 @@ def deformed_figure(
     if isinstance(field, Field):
         field = {solution.only_body("field"): field}
     mesh = next(iter(solution.meshes.values()))
-    if quantity not in (known := quantities(mesh.components)):
-        raise InputError(f"no quantity {quantity!r}{among(quantity, known)}")
+    demand_name("no quantity", quantity, quantities(mesh.components))
     coloured = [name for name in filled_bodies(solution) if bodies is None or name in bodies]
     picture = Picture(
         view_of(solution, share=MAGNIFIED, factor=magnification),

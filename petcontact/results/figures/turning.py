@@ -15,6 +15,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...fields.stress_state import StressState
 from ...geometry.rotation import lifted
+from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.atomic_write import write_text
 from ...runtime.figure_style import label, png
@@ -200,31 +201,7 @@ def _piece(
 ) -> tuple[dict[str, Any], list[Fields]]:
     """Points, normals, triangles and rims of a body, and its fields after each increment,
     displacements as `move`."""
-    element = np.repeat(np.arange(mesh.n_elements), ALONG + 1)
-    place = np.tile(np.linspace(0.0, 1.0, ALONG + 1), mesh.n_elements)
-    number = np.arange(len(element)).reshape(-1, ALONG + 1)
-    rims = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
-    at, basis = mesh.variables_at(element, place), mesh.basis_at(element, place)
-    x, cells = np.column_stack([at["x"], at["y"]]), np.empty((0, 3), dtype=np.int64)
-    inside: Callable[[StepResult], StressState | None] = lambda step: None  # noqa: E731
-    if name in filled_bodies(solution):
-        size = np.ptp(x, axis=0)
-        along = np.maximum(2, np.rint(CELLS * size / size.max()).astype(int))
-        grid = grid_inside(mesh, (int(along[0]), int(along[1])))
-        cells, x = np.asarray(grid[1]) + len(x), np.concatenate([x, grid[0]])
-        inside = lambda step: field_inside(solution, grid, name, step)  # noqa: E731
-    fields = []
-    for step in steps:
-        u, state = basis @ step.bodies[name].u, inside(step)
-        both = {"move": u, "u": np.linalg.norm(u, axis=1), "von_mises": np.full(len(u), np.nan)}
-        if state is not None:
-            both = {
-                key: np.concatenate([both[key], values]) for key, values in _of_state(state).items()
-            }
-        both["move"] = lifted(both["move"][:, :2], 3)
-        fields.append(both)
-    flat = np.pad(x, ((0, 0), (0, 1)))
-    return _geometry(flat, np.tile([0.0, 0.0, 1.0], (len(flat), 1)), cells, rims), fields
+    raise TypeError(f"no page of {type(mesh).__name__}")
 
 
 @_piece.register
@@ -266,6 +243,37 @@ def _slip_at_nodes(mesh: SurfaceMesh, nodes: Index, pair: PairResult) -> Array:
     slip = np.zeros((mesh.n_nodes, mesh.dim - 1))
     slip[nodes] = np.where(pair.state[:, None] < 2, pair.slip, 0.0)
     return slip
+
+
+@_piece.register
+def _(
+    mesh: CurveMesh, solution: SolutionData, name: str, steps: Sequence[StepResult]
+) -> tuple[dict[str, Any], list[Fields]]:
+    element = np.repeat(np.arange(mesh.n_elements), ALONG + 1)
+    place = np.tile(np.linspace(0.0, 1.0, ALONG + 1), mesh.n_elements)
+    number = np.arange(len(element)).reshape(-1, ALONG + 1)
+    rims = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
+    at, basis = mesh.variables_at(element, place), mesh.basis_at(element, place)
+    x, cells = np.column_stack([at["x"], at["y"]]), np.empty((0, 3), dtype=np.int64)
+    inside: Callable[[StepResult], StressState | None] = lambda step: None  # noqa: E731
+    if name in filled_bodies(solution):
+        size = np.ptp(x, axis=0)
+        along = np.maximum(2, np.rint(CELLS * size / size.max()).astype(int))
+        grid = grid_inside(mesh, (int(along[0]), int(along[1])))
+        cells, x = np.asarray(grid[1]) + len(x), np.concatenate([x, grid[0]])
+        inside = lambda step: field_inside(solution, grid, name, step)  # noqa: E731
+    fields = []
+    for step in steps:
+        u, state = basis @ step.bodies[name].u, inside(step)
+        both = {"move": u, "u": np.linalg.norm(u, axis=1), "von_mises": np.full(len(u), np.nan)}
+        if state is not None:
+            both = {
+                key: np.concatenate([both[key], values]) for key, values in _of_state(state).items()
+            }
+        both["move"] = lifted(both["move"][:, :2], 3)
+        fields.append(both)
+    flat = np.pad(x, ((0, 0), (0, 1)))
+    return _geometry(flat, np.tile([0.0, 0.0, 1.0], (len(flat), 1)), cells, rims), fields
 
 
 def _of_state(state: StressState) -> Fields:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,6 @@ NARROW = WIDTH - 2
 """Of lines that are indented by two more where there are several steps."""
 
 
-@dataclass(frozen=True)
 class Teller:
     """Tells the numbers of a solution.
 
@@ -40,19 +38,11 @@ class Teller:
         Whether all numbers are shown.
     """
 
-    solution: SolutionData
-    numbers: dict[tuple[str, str, int, int], Number]
-    some: bool
-    size: float
-    verbose: bool
-
-    @staticmethod
-    def from_solution(solution: SolutionData, verbose: bool) -> Teller:
-        """That of a solution."""
-        numbers = {number.key: number for number in solution.numbers}
-        some = any(np.isfinite(number.error) for number in numbers.values())
-        size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
-        return Teller(solution, numbers, some, size, verbose)
+    def __init__(self, solution: SolutionData, verbose: bool) -> None:
+        self.solution, self.verbose = solution, verbose
+        self.numbers = {number.key: number for number in solution.numbers}
+        self.some = any(np.isfinite(number.error) for number in self.numbers.values())
+        self.size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
 
     def number(self, number: Number) -> str:
         """With its unit, and where it is."""

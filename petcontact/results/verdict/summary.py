@@ -34,7 +34,7 @@ def verdict(solution: SolutionData, verbose: bool = False) -> str:
         Also meshes, methods, moments, what acts on primaries, and times by stage.
     """
     title = printable(solution.problem.title)
-    tell = Teller.from_solution(solution, verbose)
+    tell = Teller(solution, verbose)
     lines = wrapped(f"{solution.status}: ", [title], separator=" ") if title else [solution.status]
     said, _, notes = solution.reason.partition("; ")
     # the reason of a solution that is accepted are its residuals, and notes

@@ -113,14 +113,15 @@ def _cells(mesh: Any, fields: BodyFields, state: Index, bound: Array) -> meshio.
     middle = (np.arange(len(lines)) - np.searchsorted(lines, lines) + 0.5) / counts[lines]
     at, stress = mesh.variables_at(element, place), fields.on_boundary(element, place)
     x, normal = np.column_stack([at["x"], at["y"]]), np.column_stack([at["nx"], at["ny"]])
-    nodal = np.column_stack([fields.found.u, fields.found.traction, bound])
     cell_state = state[_nearest(mesh, lines, middle)]
     touches = np.ones(mesh.n_elements, dtype=bool)
     touches[lines[cell_state < 0]] = False
     touching = touches[element]
-    values = mesh.basis_at(element, place) @ nodal
-    u, traction, limit = np.split(values, [mesh.components, -1], axis=1)
-    limit = np.where(touching, np.maximum(limit[:, 0], 0.0), np.inf)
+    values = mesh.basis_at(element, place) @ np.column_stack(
+        [fields.found.u, fields.found.traction, bound]
+    )
+    u, traction = np.split(values[:, :-1], 2, axis=1)
+    limit = np.where(touching, np.maximum(values[:, -1], 0.0), np.inf)
     sigma_n, sigma_t, traction = _within(limit, traction, normal, mesh)
     return meshio.Mesh(
         lifted(x, 3),

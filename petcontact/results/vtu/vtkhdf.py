@@ -69,11 +69,11 @@ def write_vtkhdf(
             "Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid"))
         )
         for k, step in enumerate(steps):
-            geometry, points, cells = _increment(solution, step, inside)
+            geometry, data = _increment(solution, step, inside)
             if k == 0:
                 _write_geometry(root, geometry)
-                _write_steps(root, [solution.time(step) for step in steps], points, cells)
-            for group, fields in (("PointData", points), ("CellData", cells)):
+                _write_steps(root, [solution.time(step) for step in steps], data)
+            for group, fields in data.items():
                 for key, values in fields.items():
                     root[group][key][k * len(values) : (k + 1) * len(values)] = values
 
@@ -83,8 +83,8 @@ Fields = dict[str, Array]
 
 def _increment(
     solution: SolutionData, step: StepResult, inside: Mapping[str, Iterator[Field]]
-) -> tuple[Any, Fields, Fields]:
-    """Points with cells by kind, point data and cell data of all pieces after an increment."""
+) -> tuple[Any, dict[str, Fields]]:
+    """Points with cells by kind of all pieces, and PointData and CellData after an increment."""
     meshes = []
     for number, name in enumerate(solution.meshes):
         pieces = [boundary_cells(solution, name, step)]
@@ -113,7 +113,7 @@ def _increment(
         key: np.concatenate([np.concatenate(mesh.cell_data[key]) for mesh in meshes])
         for key in ("body", "part", "contact", "traction_error")
     }
-    return meshes, points, cells
+    return meshes, {"PointData": points, "CellData": cells}
 
 
 def _write_geometry(root: Any, meshes: list[Any]) -> None:
@@ -140,7 +140,7 @@ def _write_geometry(root: Any, meshes: list[Any]) -> None:
         root[key] = np.array([count], dtype=np.int64)
 
 
-def _write_steps(root: Any, times: list[float], points: Fields, cells: Fields) -> None:
+def _write_steps(root: Any, times: list[float], data: dict[str, Fields]) -> None:
     """When the increments are, and where their fields begin; the geometry is that of all."""
     count = len(times)
     steps = root.create_group("Steps")
@@ -153,7 +153,7 @@ def _write_steps(root: Any, times: list[float], points: Fields, cells: Fields) -
         np.ones(count, dtype=np.int64),
     )
     steps["CellOffsets"] = steps["ConnectivityIdOffsets"] = np.zeros((count, 1), dtype=np.int64)
-    for group, fields in (("PointData", points), ("CellData", cells)):
+    for group, fields in data.items():
         for key, values in fields.items():
             shape = (count * len(values), *values.shape[1:])
             root.create_dataset(
