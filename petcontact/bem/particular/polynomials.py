@@ -118,11 +118,7 @@ class BodyBox:
 
     def derivative(self, p: Array, axis: int) -> Array:
         """Return the derivative along an axis of the box [1/length]."""
-        slope = np.zeros_like(p)
-        if len(p) > 1:
-            kept = tuple(slice(0, len(p) - (k == axis)) for k in range(p.ndim))
-            slope[kept] = chebyshev.chebder(p, axis=axis) / self.half[axis]
-        return slope
+        return padded(chebyshev.chebder(p, axis=axis) / self.half[axis], len(p))
 
     def laplacian(self, p: Array) -> Array:
         """Return the sum of the second derivatives [1/length²]."""

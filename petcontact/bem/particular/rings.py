@@ -12,12 +12,12 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.polynomial.polynomial import polyval2d
+from numpy.polynomial.polynomial import polyder, polyval2d
 
 from ...arrays import Array
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Material
-from .polynomials import degree
+from .polynomials import degree, padded
 from .solution import ParticularSolution, particular_solution
 
 
@@ -136,33 +136,18 @@ def _freely(heat: Array) -> Array:
 
 def _powers(p: Array, size: int) -> Array:
     """Coefficients (size, size) of powers from those of Chebyshev polynomials."""
-    result = np.zeros((size, size))
-    for (i, j), value in np.ndenumerate(p):
-        if value != 0.0:
-            power_r, power_z = (
-                chebyshev.cheb2poly(np.eye(i + 1)[i]),
-                chebyshev.cheb2poly(np.eye(j + 1)[j]),
-            )
-            result[: i + 1, : j + 1] += value * np.multiply.outer(power_r, power_z)
-    return result
+    powers = np.array([padded(chebyshev.cheb2poly(unit), size) for unit in np.eye(len(p))])
+    return np.asarray(powers.T @ p @ powers)
 
 
 def _slope(p: Array, axis: int) -> Array:
     """Return the derivative by ξ along an axis."""
-    count = np.arange(1, len(p))
-    result = np.zeros_like(p)
-    if axis == 0:
-        result[:-1] = count[:, None] * p[1:]
-    else:
-        result[:, :-1] = count * p[:, 1:]
-    return result
+    return padded(polyder(p, axis=axis), len(p))
 
 
 def _over_r(p: Array) -> Array:
     """Return p over r for p that are 0 on the axis."""
-    result = np.zeros_like(p)
-    result[:-1] = p[1:]
-    return result
+    return padded(p[1:], len(p))
 
 
 def _inverse(p: Array, k: int) -> Array:

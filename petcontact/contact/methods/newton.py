@@ -37,7 +37,7 @@ from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, is_monolithic
 from .prediction import LOOSE, Foresight, prediction
-from .starts import Guess, everywhere, tau_of
+from .starts import Guess, stuck_everywhere, tau_of
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def _first_guess(
     foretell: Foresight | None,
 ) -> Guess:
     base = system.u_0
-    stuck = everywhere(base, law, 0.0)
+    stuck = stuck_everywhere(base, law)
     start = iteration.start
     if start is None and is_monolithic(system) and system.modes is None and len(law.groups) > 1:
         # nodes that do not meet without contact need not be solved for, nor preconditioned, as
@@ -113,7 +113,7 @@ def _first_guess(
         start = base, np.zeros_like(base)
     if start is not None:
         v, sigma = start
-        tau = tau_of(law, v, sigma)
+        tau = tau_of(v, sigma)
         # v of a solution that sticks is round-off; without tractions only v says what is closed
         if sigma.any():
             tau = next_tau(Linearisation.from_law(law, tau), law, sigma, v, 0.0)[0]

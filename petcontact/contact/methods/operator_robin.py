@@ -30,7 +30,7 @@ from ..state import ContactState
 from ..system import ContactSystem
 from .prediction import first_guess
 from .settling import settled
-from .starts import everywhere
+from .starts import stuck_everywhere
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class OperatorRobin:
         if iteration.start is not None:
             sigma = iteration.start[1]
             v = system.u_0 + solver.apply(sigma)
-        tau, stuck = everywhere(system.u_0, law, 0.0), Linearisation.all_stick(system.u_0)
+        tau, stuck = stuck_everywhere(system.u_0, law), Linearisation.all_stick(system.u_0)
         recorder = Recorder(law, system, iteration)
         try:
             while not recorder.exhausted:

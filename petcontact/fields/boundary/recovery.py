@@ -12,35 +12,25 @@ linear fields are exact, also on curved elements (see `linear`).
 from __future__ import annotations
 
 import functools
-from typing import Any, Protocol
+from typing import Any
 
 from ...arrays import Array, Index
-from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from .curve_slopes import CurveSlopes
 from .panel_slopes import PanelSlopes
 
 
-class Slopes(Protocol):
-    """Recovered gradients of nodal values along the boundary."""
-
-    def at(self, element: Index, place: Array) -> Array:
-        """Return the gradients at places of elements, (q, k, d) [1/length].
-
-        See `surface_gradient`.
-        """
-        ...
-
-
 @functools.singledispatch
-def slopes_of(mesh: Any, values: Array, x: Array, linear: Array, label: Index) -> Slopes:
+def slopes_of(
+    mesh: Any, values: Array, x: Array, linear: Array, label: Index
+) -> CurveSlopes | PanelSlopes:
     """Return the recovered slopes of nodal values (n, k) at positions (n, d).
 
     `linear` (n_elements, k, d) are the linear parts. Only elements with the same `label`
-    (n_elements,) are neighbours.
+    (n_elements,) are neighbours. Its method `at` returns the gradients (q, k, d) at places of
+    elements [1/length], see `surface_gradient`.
     """
-    raise TypeError(f"no slopes on {type(mesh).__name__}")
+    return CurveSlopes(mesh, values, x, linear, label)
 
 
-slopes_of.register(CurveMesh, CurveSlopes)
 slopes_of.register(SurfaceMesh, PanelSlopes)

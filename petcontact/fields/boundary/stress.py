@@ -20,8 +20,10 @@ from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Material
 from ..smoothing import smoothed
+from .curve_slopes import CurveSlopes
 from .linear import linear_parts
-from .recovery import Slopes, slopes_of
+from .panel_slopes import PanelSlopes
+from .recovery import slopes_of
 
 
 class BoundaryField:
@@ -67,7 +69,7 @@ class BoundaryField:
         self._nodal = np.hstack([self._u, self._x, traction])
 
     @functools.cached_property
-    def _slopes(self) -> Slopes:
+    def _slopes(self) -> CurveSlopes | PanelSlopes:
         return slopes_of(self._mesh, self._u, self._x, self._linear, self._label)
 
     @functools.cached_property

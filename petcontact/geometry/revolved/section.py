@@ -27,7 +27,9 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
     import shapely
 
     start, middle = stations.at[:, 0], stations.at[:, 1]
-    body = _polygon(stations)
+    last = np.flatnonzero(stations.following <= np.arange(len(start)))  # piece of each loop
+    rings = np.split(start, last[:-1] + 1)
+    body = shapely.Polygon(rings[0], rings[1:])
     inner = _grid(body, size)
     low, high = start.min(axis=0), start.max(axis=0)
     around = 0.5 * (low + high) + 5.0 * np.max(high - low) * np.array(
@@ -51,21 +53,6 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
     distortion = QuadraticCells(np.pad(six, ((0, 0), (0, 0), (0, 1)))).distortion
     # ratio of the area factors of a triangle
     return None if np.any(distortion > 2.0) else six
-
-
-def _polygon(stations: Stations) -> shapely.Polygon:
-    """The section with chords for arcs."""
-    import shapely
-
-    rings, left = [], dict.fromkeys(range(len(stations.part)))
-    while left:
-        ring = [next(iter(left))]
-        while (following := int(stations.following[ring[-1]])) != ring[0]:
-            ring.append(following)
-        rings.append(stations.at[ring, 0])
-        for piece in ring:
-            del left[piece]
-    return shapely.Polygon(rings[0], rings[1:])
 
 
 def _grid(body: shapely.Polygon, size: float) -> Array:

@@ -13,7 +13,7 @@ from ...arrays import Array, Mask
 from ...compliance.bodies import BodiesSystem
 from ...contact.criterion import Criterion, displaced_by
 from ...contact.iteration import ContactMethod, Iteration
-from ...contact.methods.starts import everywhere
+from ...contact.methods.starts import stuck_everywhere
 from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
@@ -160,7 +160,7 @@ class PreparedProblem:
         if not len(modes.load) or not self.normal_error.any():
             return modes
         law = self.discrete.law
-        stuck = law.linearise(everywhere(modes.motion[:, :, 0], law, 0.0))
+        stuck = law.linearise(stuck_everywhere(modes.motion[:, :, 0], law))
         return modes.beyond_errors(stuck, self.system.weight, self.normal_error)
 
     @functools.cached_property
