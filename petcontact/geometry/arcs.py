@@ -78,12 +78,12 @@ def feet_on_arcs(
 ) -> tuple[Array, Array]:
     """Places on arcs nearest to points (n, 2), and the distances from the whole circles or lines.
 
-    The places are coordinates ξ (n,) as those of `on_arcs`, beyond [-1, 1] off the ends. Other
-    arguments are as there.
+    The places are fractions (n,) of the arc lengths, beyond [0, 1] off the ends. Other arguments
+    are those of `on_arcs`.
     """
     chord = end - start
-    size = np.hypot(chord[..., 0], chord[..., 1])
-    tangent = chord / size[..., None] if tangent is None else tangent
+    if tangent is None:
+        tangent = chord / np.hypot(chord[..., 0], chord[..., 1])[..., None]
     away = x - 0.5 * (start + end)
     t = away[..., 0] * tangent[..., 0] + away[..., 1] * tangent[..., 1]
     rise = away[..., 1] * tangent[..., 0] - away[..., 0] * tangent[..., 1]
@@ -92,8 +92,9 @@ def feet_on_arcs(
     # from the centre of the arc, which is at radius·cos α to the left of the chord's middle
     across = radius * np.cos(alpha) - rise
     angle = np.arctan2(np.sign(radius) * t, np.sign(radius) * across)
-    xi = np.where(straight, 2.0 * t / size, angle / np.where(straight, 1.0, alpha))
-    return xi, np.abs(np.where(straight, rise, np.hypot(t, across) - np.abs(radius)))
+    along = ((x - start) * chord).sum(axis=-1) / (chord * chord).sum(axis=-1)
+    place = np.where(straight, along, 0.5 + 0.5 * angle / np.where(straight, 1.0, alpha))
+    return place, np.abs(np.where(straight, rise, np.hypot(t, across) - np.abs(radius)))
 
 
 def end_tangents(start: Array, end: Array, alpha: Array) -> tuple[Array, Array]:

@@ -93,8 +93,8 @@ class Side:
     def nearest(self, x: Array) -> Array:
         """Fractions (n,) of the arc length at which the side is nearest to points (n, 2), on arcs
         within a radius."""
-        xi, _ = feet_on_arcs(x, self.start, self.end, self.curvature, self.half_angle)
-        return np.clip(0.5 + 0.5 * xi, 0.0, 1.0)
+        place, _ = feet_on_arcs(x, self.start, self.end, self.curvature, self.half_angle)
+        return np.clip(place, 0.0, 1.0)
 
     def reversed(self) -> Side:
         """The side from its end to its start."""

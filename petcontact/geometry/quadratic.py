@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Mask
-from ..round_off import ROUNDED, SOLVED, TINY, WRITTEN
+from .. import native
+from ..arrays import Array
+from ..round_off import SOLVED
 
 REFERENCE = {
     3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
@@ -178,69 +179,11 @@ class QuadraticCells:
         """The nearest point of each panel to a point (n, 3): local coordinates (n, 2), and the
         distance (n,) [length].
 
-        Newton's method from the nearest of a few points, along the sides once it has met them.
+        Newton's method from the nearest of a few points, along the sides once it has met them, in
+        native/space/foot.h.
         """
-        grid, left = samples(self.n_corners), np.arange(len(x))
-        away = np.linalg.norm(self.at(grid[None])[0] - x[:, None], axis=2)
-        foot = grid[away.argmin(axis=1)]
-        for _ in range(20):
-            step = QuadraticCells(self.points[left])._newton_step(foot[left], x[left])
-            foot[left] += step
-            left = left[np.abs(step).max(axis=1) >= WRITTEN]
-            if not len(left):
-                break
-        return foot, np.linalg.norm(self.at(foot[:, None])[0][:, 0] - x, axis=1)
-
-    def _newton_step(self, foot: Array, x: Array) -> Array:
-        """Return the step from feet (n, 2) towards those nearest to points (n, 3), up to the next
-        side."""
-        walls, bounds = WALLS[self.n_corners]
-        y, along = position(self.shape, foot)
-        slope = np.einsum("nik,nk->ni", along, y - x)
-        # a panel that has collapsed onto a line or a point has no length across it
-        metric = np.einsum("nik,njk->nij", along, along) + np.multiply.outer(
-            ROUNDED * np.sum(along**2, axis=(1, 2)) + TINY, np.eye(2)
-        )
-        hessian = metric + np.einsum("nijk,nk->nij", self._second(foot), y - x)
-        # far from a minimum the metric alone leads downhill
-        convex = (hessian[:, 0, 0] > 0.2 * metric[:, 0, 0]) & (
-            np.linalg.det(hessian) > 0.04 * np.linalg.det(metric)
-        )
-        hessian = np.where(convex[:, None, None], hessian, metric)
-        step = -np.linalg.solve(hessian, slope[..., None])[..., 0]
-        active = self._active(foot, slope, step)
-        side = (walls @ [[0.0, 1.0], [-1.0, 0.0]])[active.argmax(axis=1)]
-        along = np.sum(side * slope, axis=1) / np.einsum("ni,nij,nj->n", side, hessian, side)
-        met = active.sum(axis=1)[:, None]
-        step = np.where(met == 0, step, np.where(met == 1, -along[:, None] * side, 0.0))
-        rate, room = step @ walls.T, np.maximum(bounds - foot @ walls.T, 0.0)
-        room[active] = np.inf
-        share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > TINY)
-        return np.asarray(np.minimum(share.min(axis=1), 1.0)[:, None] * step)
-
-    def _active(self, foot: Array, slope: Array, step: Array) -> Mask:
-        """Which sides hold feet (n, 2), (n, sides): those that push them back, or that Newton's
-        step would pass.
-
-        In a corner the sides share what pushes: those of a triangle are not at right angles in the
-        reference coordinates.
-        """
-        walls, bounds = WALLS[self.n_corners]
-        on, push, gram = foot @ walls.T >= bounds - SOLVED, -(slope @ walls.T), walls @ walls.T
-        corner = on.sum(axis=1, keepdims=True) == 2
-        rest, beside = np.sum(on * push, axis=1, keepdims=True) - push, on @ gram - np.diag(gram)
-        square = np.sum(on * np.diag(gram), axis=1, keepdims=True) - np.diag(gram)
-        active = on & (np.where(corner, square * push - beside * rest, push) > 0.0)
-        rate = np.where(on & ~active.any(axis=1, keepdims=True), step @ walls.T, 0.0)
-        return np.asarray(active | ((rate > 0.0) & (rate == rate.max(axis=1, keepdims=True))))
-
-    def _second(self, local: Array) -> Array:
-        """Second derivatives (n, 2, 2, 3) at local coordinates (n, 2)."""
-        s, t = local.T[..., None]
-        c = self.shape.reshape(-1, 3, 3, 3)
-        mixed = c[:, 1, 1] + 2.0 * (t * c[:, 1, 2] + s * c[:, 2, 1]) + 4.0 * s * t * c[:, 2, 2]
-        first = 2.0 * (c[:, 2, 0] + t * (c[:, 2, 1] + t * c[:, 2, 2]))
-        second = 2.0 * (c[:, 0, 2] + s * (c[:, 1, 2] + s * c[:, 2, 2]))
-        return np.stack(
-            [np.stack([first, mixed], axis=1), np.stack([mixed, second], axis=1)], axis=1
-        )
+        place, distance = np.empty((len(x), 2)), np.empty(len(x))
+        arrays = native.contiguous(self.shape), native.contiguous(x), place, distance
+        feet = native.function("petcontact_space_feet", "iipppp")
+        feet(len(x), self.n_corners, *(native.pointer(array) for array in arrays))
+        return place, distance

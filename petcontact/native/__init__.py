@@ -25,7 +25,7 @@ from ..errors import MissingKernelsError
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
-INTERFACE = 0x511BE4AA
+INTERFACE = 0x7D763989
 """`petcontact_interface` of the C files beside this one; a library of others expects other
 arguments."""
 FILLER = "pipippp"

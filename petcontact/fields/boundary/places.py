@@ -93,8 +93,8 @@ def _on(
     nearest element within its reach (q,) is looked for; others need no feet.
     """
     shapes = mesh.start, mesh.end, mesh.curvature, mesh.half_angle, mesh.direction
-    xi, distance = feet_on_arcs(x, *(values[element] for values in shapes))
-    return np.clip(0.5 * (1.0 + xi), 0.0, 1.0), distance, 0.5 * (1.0 - np.abs(xi))
+    place, distance = feet_on_arcs(x, *(values[element] for values in shapes))
+    return np.clip(place, 0.0, 1.0), distance, np.minimum(place, 1.0 - place)
 
 
 @_on.register

@@ -1,4 +1,5 @@
-/* The nearest point of a curved panel: petcontact.geometry.quadratic in C. */
+/* The nearest point of a curved panel by Newton's method, from the nearest of a few points of it and along the sides once it has
+   met them. */
 
 #ifndef PETCONTACT_FOOT_H
 #define PETCONTACT_FOOT_H
@@ -6,6 +7,7 @@
 #include "panel.h"
 
 enum { STEPS = 20 /* to a foot, at most */ };
+static const double ROUNDED = 0x1p-46; /* round_off.ROUNDED */
 
 /* Position and derivatives along both coordinates. */
 INLINE void place_of(const double *shape, double s, double t, double *y, double *along, double *up)
@@ -25,7 +27,9 @@ INLINE double dot3(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The nearest point of a panel, and the distance: QuadraticCells.nearest. */
+/* The nearest point of a panel, and the distance. Sides hold a foot that they push back, or that Newton's step would carry past
+   them. In a corner the sides share what pushes: those of a triangle are not at right angles in the reference coordinates. Far
+   from a minimum the metric alone leads downhill. */
 INLINE double foot_of(const Panel *p, const double *x, double *foot)
 {
     static const double WALLS[2][4][3] = {{{-1.0, 0.0, 0.0}, {0.0, -1.0, 0.0}, {1.0, 1.0, 1.0}, {0.0, 0.0, 1.0}},
@@ -55,7 +59,9 @@ INLINE double foot_of(const Panel *p, const double *x, double *foot)
             bb[k] = 2.0 * (c[6 + k] + s * (c[15 + k] + s * c[24 + k]));
             ab[k] = c[12 + k] + 2.0 * (t * c[15 + k] + s * c[21 + k]) + 4.0 * s * t * c[24 + k];
         }
-        const double slope[2] = {dot3(a, y), dot3(b, y)}, m00 = dot3(a, a), m01 = dot3(a, b), m11 = dot3(b, b);
+        /* a panel that has collapsed onto a line or a point has no length across it */
+        const double slope[2] = {dot3(a, y), dot3(b, y)}, least = ROUNDED * (dot3(a, a) + dot3(b, b)) + 1e-300;
+        const double m00 = dot3(a, a) + least, m01 = dot3(a, b), m11 = dot3(b, b) + least;
         double h00 = m00 + dot3(aa, y), h01 = m01 + dot3(ab, y), h11 = m11 + dot3(bb, y);
         if (!(h00 > 0.2 * m00 && h00 * h11 - h01 * h01 > 0.04 * (m00 * m11 - m01 * m01))) {
             h00 = m00;

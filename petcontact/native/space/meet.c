@@ -1,4 +1,5 @@
-/* Where lines meet curved panels: petcontact.mesh.pairs.panel_faces in C. */
+/* Where lines meet curved panels, and the points of these that are nearest to others: petcontact.mesh.pairs.panel_faces and
+   petcontact.geometry.quadratic in C. */
 
 #include "foot.h"
 
@@ -61,5 +62,15 @@ void petcontact_space_meet(int64_t n, const int64_t *number, const double *shape
         place[0] = missed ? NAN : at[0];
         place[1] = missed ? NAN : at[1];
         *distance = missed ? INFINITY : far;
+    }
+}
+
+/* Local coordinates (n, 2) of the nearest points of panels of so many corners with coefficients `shape` (n, 9, 3) to points x
+   (n, 3), and the distances (n,). */
+void petcontact_space_feet(int64_t n, int64_t corners, const double *shape, const double *x, double *place, double *distance)
+{
+    for (int64_t i = 0; i < n; i++) {
+        const Panel p = {.corners = (int)corners, .shape = shape + 27 * i};
+        distance[i] = foot_of(&p, x + 3 * i, place + 2 * i);
     }
 }
