@@ -27,9 +27,7 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
     import shapely
 
     start, middle = stations.at[:, 0], stations.at[:, 1]
-    last = np.flatnonzero(stations.following <= np.arange(len(start)))  # piece of each loop
-    rings = np.split(start, last[:-1] + 1)
-    body = shapely.Polygon(rings[0], rings[1:])
+    body = _polygon(stations)
     inner = _grid(body, size)
     low, high = start.min(axis=0), start.max(axis=0)
     around = 0.5 * (low + high) + 5.0 * np.max(high - low) * np.array(
@@ -53,6 +51,16 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
     distortion = QuadraticCells(np.pad(six, ((0, 0), (0, 0), (0, 1)))).distortion
     # ratio of the area factors of a triangle
     return None if np.any(distortion > 2.0) else six
+
+
+def _polygon(stations: Stations) -> shapely.Polygon:
+    """The section with chords for arcs."""
+    import shapely
+
+    start = stations.at[:, 0]
+    last = np.flatnonzero(stations.following <= np.arange(len(start)))  # piece of each loop
+    rings = np.split(start, last[:-1] + 1)
+    return shapely.Polygon(rings[0], rings[1:])
 
 
 def _grid(body: shapely.Polygon, size: float) -> Array:
