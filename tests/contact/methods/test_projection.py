@@ -94,4 +94,4 @@ def test_a_small_change_alone_is_no_convergence():
     state = solve(
         example(1, mesh=MeshOptions(element_size=0.4), rule="fixed", rho=1e-9, max_iterations=50)
     )
-    assert not state.converged and state.history.change[-1] < 1e-6
+    assert not state.converged and state.last.history.change[-1] < 1e-6
