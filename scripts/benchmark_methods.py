@@ -44,7 +44,6 @@ class Dual:
     bound: Array
     weight: Array
     ksp_iterations: int = 0
-    ksp_reason: int = 0
     elastic_solves: int = 0
     applications: int = 0
     matrix_free: bool = False

@@ -180,13 +180,9 @@ class BodiesSystem:
                 self._apply, (self.size, self.k), motions, comm, self.surrogate, text
             )
             return shared_by(cases, products, self.base.shape[1], comm)
-        whole: Array | None = None
-        for body, maps in zip(self.bodies, self._maps, strict=True):
-            assert body.compliance is not None
-            share = maps.seen(maps.felt(body.compliance.T).T)
-            whole = share if whole is None else whole + share
-        assert whole is not None
-        dense = DenseCompliance(whole, comm, self.surrogate)
+        mapped = zip(self.bodies, self._maps, strict=True)
+        shares = (maps.seen(maps.felt(body.compliance.T).T) for body, maps in mapped)
+        dense = DenseCompliance(functools.reduce(np.add, shares), comm, self.surrogate)
         return shared_by(cases, dense, self.base.shape[1], comm)
 
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:

@@ -61,11 +61,6 @@ class ComposedSystem:
         """KSP iterations of the last Robin solve."""
         return self._operator.iterations
 
-    @property
-    def ksp_reason(self) -> int:
-        """PETSc's number for the reason why the last KSP stopped."""
-        return self._operator.reason
-
     def apply(self, sigma: Array) -> Array:
         """Return the product S σ, (m, k) [length]."""
         self.applications += 1

@@ -266,8 +266,6 @@ class ContactSystem(Protocol):
         Whether S is known by its products: `compliance` is then a product a column.
     ksp_iterations : int
         KSP iterations of the last Robin solve.
-    ksp_reason : int
-        Its outcome, PETSc's number.
     elastic_solves, applications : int
         Robin solves, and products with S, so far.
 
@@ -278,7 +276,7 @@ class ContactSystem(Protocol):
 
     >>> class Blocks:
     ...     modes, matrix_free = None, False
-    ...     ksp_iterations = ksp_reason = elastic_solves = applications = 0
+    ...     ksp_iterations = elastic_solves = applications = 0
     ...
     ...     def __init__(self, u_0, c):
     ...         self.u_0, self.c, self.weight = u_0, c, np.ones(len(u_0))
@@ -317,8 +315,6 @@ class ContactSystem(Protocol):
     def matrix_free(self) -> bool: ...
     @property
     def ksp_iterations(self) -> int: ...
-    @property
-    def ksp_reason(self) -> int: ...
 
     @property
     def weight(self) -> Array: ...

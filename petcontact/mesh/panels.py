@@ -144,12 +144,6 @@ class Panels(Rows):
         result[:, 0], result[:, [3, 1]] = self.centre, self.size[:, None, None] * self.frame[:, :2]
         return result
 
-    @property
-    def box(self) -> Array:
-        """Least and largest local coordinates, the height over the plane among them, (n, 2, 3)."""
-        ends = np.stack([self.polygon.min(axis=1), self.polygon.max(axis=1)], axis=1)
-        return np.pad(ends, ((0, 0), (0, 0), (0, 1)))
-
     def basis(self, local: Array) -> Array:
         """Return values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
         return np.asarray(monomials(local, self.exponents) @ self.coefficients.transpose(0, 2, 1))

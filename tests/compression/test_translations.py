@@ -49,5 +49,5 @@ def test_rows_and_solutions_to_the_tolerance(name, tol):
     assert error <= (5 if name == "square" else 40) * tol * np.linalg.norm(exact, axis=1).max()
     assert followers(matrix) > 20
     b = np.cos(np.arange(len(exact)))
-    x = factor(matrix, use_up=True).solve(b)
+    x = factor(matrix, use_up=True)(b)
     assert np.abs(exact @ x - b).max() <= 1e4 * tol

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import abc
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -50,7 +51,7 @@ class ElasticBody(abc.ABC):
     """
 
     u_0: Array
-    compliance: Array | None
+    compliance: Any
     tolerance = 0.0
     is_solved_jointly = False
     digits_lost = np.nan
@@ -64,16 +65,18 @@ class ElasticBody(abc.ABC):
         )
         self.resultant = _resultant(operators, modes)
 
-    @abc.abstractmethod
     def apply(self, traction: Array) -> Array:
         """Return S t for tractions (k m,), or for several (k m, s) [length]. Collective."""
+        return np.asarray(self.compliance @ traction)
 
-    @abc.abstractmethod
     def unknowns(self, shares: Array, traction: Array) -> Array:
         """Return the unknowns of the operators and β, (d n + r,). Collective.
 
+        They are zeros where nothing is solved for.
+
         `shares` (K,) are the weights of the load states, `traction` is t (m, k) [stress].
         """
+        return np.zeros(self.operators.n_unknowns + self.modes.shape[2])
 
     @abc.abstractmethod
     def describe(self) -> str:

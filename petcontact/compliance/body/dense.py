@@ -75,10 +75,6 @@ class DenseBody(ElasticBody):
         data = self.operators.data
         return solved.T.reshape(data.states, *data.contact_shape) + data.sliding
 
-    def apply(self, traction: Array) -> Array:
-        """Return the displacement S t of the contact nodes under their tractions t [length]."""
-        return np.asarray(self.compliance @ traction)
-
     def unknowns(self, shares: Array, traction: Array) -> Array:
         """Return all unknowns of the body by back substitution."""
         return self._solved.unknowns(shares, traction.ravel() / self.operators.traction_scale)

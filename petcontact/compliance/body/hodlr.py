@@ -100,7 +100,7 @@ class HodlrBody(ElasticBody):
     def apply(self, traction: Array) -> Array:
         """Return S t, by a product with G and a solve with A [length]."""
         if self.compliance is not None:
-            return np.asarray(self.compliance @ traction)
+            return super().apply(traction)
         return self._compressed.on_contact(
             self._bordered(self._compressed.traction_to_rhs(traction))[0]
         )

@@ -84,17 +84,12 @@ class CompressedOperators:
 
     def solve(self, rhs: Array) -> Array:
         """Return this rank's part of A_0⁻¹ times one right-hand side or several."""
-        unknowns = np.asarray(self._factor.solve(rhs))
+        unknowns = np.asarray(self._factor(rhs))
         return unknowns if self._units is None else (unknowns.T * self._units[self._here].ravel()).T
 
     def on_contact(self, unknowns: Array) -> Array:
         """Return u along the contact directions, (m k,) or (m k, s), from each rank's unknowns."""
         return everywhere(unknowns[self._local], self.comm)
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the compressed operators and the factorisation on all ranks [bytes]."""
-        return int(self._system.nbytes + self._rhs_columns.nbytes + self._factor.nbytes)
 
     def _compress(self, border: tuple[Array, Array] | None) -> tuple[HODLR, HODLR]:
         # samples use some rows and columns, a random probe uses all. If the probe misses the

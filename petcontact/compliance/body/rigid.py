@@ -25,14 +25,6 @@ class RigidBody(ElasticBody):
         super().__init__(operators, modes)
         self.u_0 = np.zeros((self.data.states, *self.data.contact_shape))
 
-    def apply(self, traction: Array) -> Array:
-        """Return zeros, because S = 0."""
-        return np.zeros_like(traction)
-
-    def unknowns(self, shares: Array, traction: Array) -> Array:
-        """Return zeros, because a rigid body has no unknown displacement or traction."""
-        return np.zeros(self.operators.n_unknowns + self.modes.shape[2])
-
     def describe(self) -> str:
         """Return the word "rigid"."""
         return "rigid"

@@ -248,10 +248,6 @@ class SuperelementBody(ElasticBody):
         self.compliance = moved[contact, data.states :]
         self.u_0 = moved[contact, : data.states].T.reshape(-1, *data.contact_shape)
 
-    def apply(self, traction: Array) -> Array:
-        """Return the displacement S t of the contact nodes under their tractions t [length]."""
-        return np.asarray(self.compliance @ traction)
-
     def boundary(self, shares: Array, traction: Array, alpha: Array) -> tuple[Array, Array]:
         """Return displacement [length] and traction [stress] at the nodes, (n, d) each."""
         u, t = (
@@ -259,15 +255,6 @@ class SuperelementBody(ElasticBody):
             for field in self._fields(shares, traction)
         )
         return (u + self.modes @ alpha if alpha.size else u), t
-
-    def unknowns(self, shares: Array, traction: Array) -> Array:
-        """Return displacements where tractions are known, else tractions, and then multipliers.
-
-        The multipliers are 0, because equilibrium is exact.
-        """
-        u, t = self._fields(shares, traction)
-        x = np.where(self.data.traction_known.ravel(), u, t / self.operators.traction_scale)
-        return np.concatenate([x, np.zeros(self.modes.shape[2])])
 
     def _fields(self, shares: Array, traction: Array) -> tuple[Array, Array]:
         """Return displacement and traction by components along the frames, (d n,) each."""

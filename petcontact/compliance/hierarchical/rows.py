@@ -174,7 +174,6 @@ class CondensedRows:
     """
 
     def __init__(self, body: ElasticBody, comm: Any) -> None:
-        assert body.compliance is not None
         x, (m, k) = body.mesh.x[body.contact], body.data.contact_shape
         self.components, self.scale = k, body.operators.traction_scale
         self.tree = cluster(x, x, np.ones(m, dtype=np.int64), LEAF)

@@ -225,7 +225,7 @@ class HodlrStrip(ProductStrip):
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
-        return np.asarray(self._factorisation(rho).solve(x))
+        return np.asarray(self._factorisation(rho)(x))
 
 
 StripOperator = DenseStrip | FourierStrip | HodlrStrip

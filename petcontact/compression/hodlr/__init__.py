@@ -1,8 +1,8 @@
 """Compressed boundary operators and their direct solver. `compress` compresses an operator from its
 entries, `factor` factorises the result."""
 
-from .factor import Factorisation, factor
+from .factor import factor
 from .matrix import HODLR, compress
 from .translations import Stretch
 
-__all__ = ["HODLR", "Factorisation", "Stretch", "compress", "factor"]
+__all__ = ["HODLR", "Stretch", "compress", "factor"]

@@ -103,11 +103,6 @@ class Batches:
     def _stacks(self) -> list[_Stack]:
         return [stack for stacks in self._taken for stack in stacks]
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the stacks [bytes]."""
-        return sum(s.rows.nbytes + s.columns.nbytes + s.values.nbytes for s in self._stacks)
-
     @functools.cached_property
     def _sorted(self) -> tuple[list[_Stack], list[_Stack]]:
         """Stacks of one block that several places share, and all other stacks."""

@@ -52,11 +52,6 @@ class LevelElimination:
     forth: Batches
     back: Batches
 
-    @property
-    def nbytes(self) -> int:
-        """Memory beyond that of the level [bytes]."""
-        return self.inverse.nbytes + self.forth.nbytes + self.back.nbytes
-
     def reduce(self, b: Array) -> Array:
         """Return the right-hand side of the level above. The array b then holds what `expand`
         needs."""
@@ -97,11 +92,6 @@ class FactorStack:
     ) -> None:
         self.levels, self.left = levels, left
         self._entry, self._slots = entry, slots
-
-    @property
-    def nbytes(self) -> int:
-        """Memory beyond that of the matrix [bytes]."""
-        return sum(level.nbytes for level in self.levels)
 
     def ascend(self, x: Array) -> tuple[list[Array], Array]:
         """Return the reduced right-hand side of x (n, s) on each level, and the one that remains at

@@ -43,11 +43,6 @@ class TreeLevel:
     column_combine: Batches
     clusters: list[Cluster]
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the blocks [bytes]."""
-        return self.near.nbytes + self.row_combine.nbytes + self.column_combine.nbytes
-
 
 def pack(clusters: list[Cluster], near: Batches, like: TreeLevel | None = None) -> TreeLevel:
     """Return one level from its compressed clusters, whose blocks are in `near`. The clusters'
@@ -134,11 +129,6 @@ class Stack:
     def root(self) -> Cluster:
         """The one cluster of the last level."""
         return self.levels[-1].clusters[0]
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the blocks [bytes]."""
-        return sum(level.nbytes for level in self.levels)
 
     def ascend(self, x: Array) -> tuple[list[Array], Array]:
         """Return what each level sees of x (n, s) on the leaves' columns, and what the tree above

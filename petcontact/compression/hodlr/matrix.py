@@ -89,11 +89,6 @@ class HODLR:
         operator = self.operator.with_columns(entries, np.asarray(col_offsets, dtype=np.int64))
         return _build(operator, self.workers, self.split, self)
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the blocks on all ranks [bytes]. Collective."""
-        return sum(self.workers.gather([self.forest.nbytes]))
-
     def error_estimate(self, entries: Entries, rng: np.random.Generator, probes: int = 8) -> float:
         """Return the largest error of a few random rows, over the 2-norm of the longest exact row
         [-]. Collective.

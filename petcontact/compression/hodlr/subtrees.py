@@ -54,11 +54,6 @@ class Forest:
         """Return a forest of other objects on the same subtrees."""
         return Forest(parts, top, self.workers, self.lengths, handed, self._first)
 
-    @property
-    def nbytes(self) -> int:
-        """Memory on this rank [bytes]."""
-        return sum(part.nbytes for part in self.parts) + (self.top.nbytes if self.top else 0)
-
     def sweep(self, x: Array) -> Array:
         """Sweep up and down with this rank's share of a vector (n,) or of several vectors (n, s).
         Collective.
