@@ -120,11 +120,17 @@ def trust(solution: Solution) -> dict[str, float]:
     """Return estimated_error, see `Accuracy`, NaN where it is not known, and the number of
     warnings; on adaptive meshes also `peaks`.
 
-    There they cost little in comparison with the solve.
+    There they cost little in comparison with the solve. A max_pressure without a bound is infinite,
+    and `unbounded` is the number of places where stress has none.
     """
     accuracy = solution.accuracy
-    known = {"estimated_error": accuracy.error, "warnings": len(solution.warnings)}
-    return known if accuracy.wanted is None else {**known, **peaks(solution)}
+    result = {"estimated_error": accuracy.error, "warnings": len(solution.warnings)}
+    if accuracy.wanted is not None:
+        endless = [number.name for number in solution.numbers if math.isinf(number.error)]
+        places = [name for name in endless if name.startswith(PEAKS["peak_von_mises"])]
+        result |= {**peaks(solution), "unbounded": len(places)}
+        result |= {"max_pressure": math.inf} if "largest p" in endless else {}
+    return result
 
 
 COLUMNS = (
@@ -213,7 +219,7 @@ def users(
 
 def is_column(name: str) -> bool:
     """Return whether the table of some sweep has a column of this name."""
-    own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error", "warnings"}
+    own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error", "warnings", "unbounded"}
     return name in own or name.startswith(("force_", "moment", "von_mises_", "history_", "worn_"))
 
 

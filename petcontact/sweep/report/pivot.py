@@ -29,7 +29,7 @@ class Cell:
     ours, published : float or None
         Mean of the cases that converged, and the published mean of the same cases.
     note : str
-        The status of a single case that did not converge, or how many did not.
+        Why a single case has no number: its status, or what the number is; or how many have none.
     count : bool
         Whether the numbers are counts.
     """
@@ -120,12 +120,19 @@ class Facts:
         """
         good = [case for case in cases if self._good[case]]
         missed = len(cases) - len(good)
+        note = f"{missed} missed" if len(cases) > 1 else self._why(cases[0])
         return Cell(
             _mean([self._value[case] for case in good]),
             _mean([self._published[case] for case in good or cases]),
-            "" if not missed else f"{missed} missed" if len(cases) > 1 else self._status[cases[0]],
+            note if missed else "",
             self._count,
         )
+
+    def _why(self, case: int) -> str:
+        """Why there is no number of a case."""
+        if self._status[case] != "converged":
+            return self._status[case]
+        return "without a bound" if np.isinf(self._value[case]) else "not known"
 
 
 def _mean(values: Sequence[float]) -> float | None:

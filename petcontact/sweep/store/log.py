@@ -104,9 +104,9 @@ class Log:
 
 
 def _record(row: Row, fields: bytes) -> bytes:
-    # NaN is no JSON: a number that is not there is null
+    # a number that is not there is null; one without a bound is Infinity, as Python reads it
     plain = {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        key: None if isinstance(value, float) and math.isnan(value) else value
         for key, value in row.items()
     }
     line = (

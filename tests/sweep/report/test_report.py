@@ -264,6 +264,11 @@ def test_a_study_of_loads_and_materials_is_asked_about_its_contact():
     (one,) = make_tables(study, quantities=asked_about(study))
     assert one.title == "p" and one.row_names == ("mu",) and not one.means
     assert one.text((0.3,), ("contact_area",)) == "3"
+    rows[1] |= {"max_pressure": np.inf, "estimated_error": np.nan}
+    peaks = CaseTable("t", ["problem", "mu"], columns_of(rows), Path())
+    named = ("max_pressure", "estimated_error")
+    (of_peaks,) = make_tables(peaks, quantities=named)
+    assert [of_peaks.text((0.3,), (name,)) for name in named] == ["without a bound", "not known"]
     assert "| max_pressure |" in markdown(study, [one], OF_CONTACT)
     renamed = [{("rho" if key == "mu" else key): v for key, v in row.items()} for row in rows]
     methods = CaseTable("t", ["problem", "rho"], columns_of(renamed), Path())
