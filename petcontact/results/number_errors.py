@@ -132,7 +132,8 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
 def _shared(solution: Evaluated, number: Number) -> float:
     """Return the error that meshes share, which their difference does not show."""
     size = number.scale if number.is_resultant else number.size
-    return solution.accuracy.shared * size if np.isfinite(size) else 0.0
+    counts = np.isfinite(size) and number.error != 0.0
+    return solution.accuracy.shared * size if counts else 0.0
 
 
 def _power(solution: Evaluated, number: Number) -> float:
@@ -286,7 +287,7 @@ def _of_maximum(values: Array, change: Array, element: Index) -> float:
 
 def _by_tails(solution: Evaluated, number: Number) -> Number:
     """Return a number with its error on one surface mesh."""
-    if np.isinf(number.error):
+    if not np.isnan(number.error):
         return number
     accuracy = solution.accuracy
     pairs = end_of(solution, number).pairs

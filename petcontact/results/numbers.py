@@ -56,7 +56,8 @@ class Number:
     scale : float
         Sum of the sizes of what it was computed from: round-off is a share of it.
     error : float
-        Estimated error; nan where it is not known, infinite where the number has no bound.
+        Estimated error; nan where it is not known, infinite where the number has no bound, 0 of
+        what is given.
     alone : float
         How far it may be off by what lies between two nodes, or increments, of one solution.
     place : (d,) array, optional
@@ -212,15 +213,17 @@ class _OfStep:
 
     def _of_obstacles(self) -> Iterator[Number]:
         force, moment = np.sum([(0.0, 0.0), *self._acting.values()], axis=0).tolist()
-        for name, obstacle in self._step.obstacles.items():
-            for word, value, unit, scale in (
-                ("moved", obstacle.displacement, "length", 0.0),
-                ("turned", obstacle.rotation, "rad", 0.0),
-                ("held by", obstacle.force, "force", force),
-                ("held by moment", obstacle.moment, "moment", moment),
+        kind = next(iter(self._solution.meshes.values())).motions
+        for given in self._solution.problem.obstacles_at[self._step.step]:
+            obstacle, moved = self._step.obstacles[given.name], given.motions(kind)
+            for word, value, unit, scale, error in (
+                ("moved", obstacle.displacement, "length", 0.0, _unless_free(moved[: kind.dim])),
+                ("turned", obstacle.rotation, "rad", 0.0, _unless_free(moved[kind.dim :])),
+                ("held by", obstacle.force, "force", force, np.nan),
+                ("held by moment", obstacle.moment, "moment", moment, np.nan),
             ):
                 if unit in self._units:
-                    yield self._number(word, name, value, unit, scale)
+                    yield self._number(word, given.name, value, unit, scale, error=error)
 
     def _displaced(self) -> Iterator[Number]:
         """Yield the largest displacement of each body."""
@@ -246,6 +249,11 @@ class _OfStep:
                     moment = result.moment_on(mesh, part)
                     far = acting * float(np.abs(mesh.x).max())
                     yield self._number(f"moment on {part}", body.name, moment, "moment", far)
+
+
+def _unless_free(given: list[Any]) -> float:
+    """Return the error of a motion that is given; that of a free one is not known yet."""
+    return np.nan if "free" in given else 0.0
 
 
 def resultant(pair: PairResult) -> tuple[float, float]:
