@@ -74,3 +74,20 @@ def test_a_direction_off_the_normals_of_both_sides(ground, warned):
         ],
     )
     assert ("off the normals" in " ".join(solve(disc).warnings)) == warned
+
+
+@pytest.mark.parametrize(("low", "rise", "word"), [(0, 0, ""), (0.1, 0, "apart"), (0, 0.1, "fits")])
+def test_a_shape_that_contact_leaves_out_is_named(low, rise, word):
+    """Of a joined part over a block, and of an obstacle under its own bottom, which may slant."""
+    corners = [[0, low], [1, low + rise], [1, 1], [0, 1]]
+    shape = {"shape": "polygon", "vertices": corners, "parts": ["bottom", "right", "top", "left"]}
+    mesh = {"mesh": {"element_size": 0.5}}
+    bodies = [
+        solid("upper", shape, moved("top", [0, -0.01]), **mesh),
+        solid("lower", rectangle([0, -1], [1, 0]), moved("bottom", [0, 0]), **mesh),
+    ]
+    primary, law = ("floor", "unilateral") if word == "fits" else ("lower.top", "bonded")
+    pair = touching("pair", "upper.bottom", primary, normal=law)
+    given = {"obstacle": [{"name": "floor"}]} if word == "fits" else {}
+    posed = problem(body=bodies[: 2 - len(given)], contact=[pair], **given)
+    assert [word in text for text in solve(posed).warnings if "pair" in text] == [True] * bool(word)

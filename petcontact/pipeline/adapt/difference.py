@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from ...arrays import Array, Index
 from ...geometry.outline import as_outline
-from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.problem import Problem
 from ...refinement.panels.tail import FADE
@@ -194,9 +194,8 @@ def _tractions(pair: PairResult) -> Array:
     return np.column_stack([pair.pressure, pair.sigma_t])
 
 
-def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> Array:
-    """Return the matrix (len(s), len(nodes)) from nodal values of a part to values at arc lengths
-    s.
+def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> scipy.sparse.csr_array:
+    """Return the matrix (q, m) from values at nodes (m,) of a part to values at arc lengths (q,).
 
     It interpolates within each element.
     """
@@ -205,12 +204,5 @@ def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> Array:
     order = np.argsort(starts)
     numbers, starts = numbers[order], starts[order]
     element = numbers[np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(numbers) - 1)]
-    xi = np.clip(2.0 * (s - mesh.side_start[element]) / mesh.length[element] - 1.0, -1.0, 1.0)
-    slot = np.full(mesh.n_nodes, -1)
-    slot[nodes] = np.arange(len(nodes))
-    result = np.zeros((len(s), len(nodes)))
-    for p in np.unique(mesh.order[element]):
-        rows = np.flatnonzero(mesh.order[element] == p)
-        columns = slot[mesh.first_node[element[rows]][:, None] + np.arange(p + 1)]
-        result[rows[:, None], columns] = lagrange(int(p), xi[rows]).T
-    return result
+    place = np.clip((s - mesh.side_start[element]) / mesh.length[element], 0.0, 1.0)
+    return mesh.basis_at(element, place)[:, nodes]

@@ -165,34 +165,17 @@ def _uneven(results: Sequence[StepResult]) -> list[Finding]:
 
 
 def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
-    """Find steps with increments that overlap between nodes, although their last one is
-    accepted."""
-    overlapping = [result for result in results if overlap_of(result)]
-    small_contacts = dict.fromkeys(
-        result.name for result in overlapping if result.load_factor == 1.0
-    )
+    """Find accepted steps with increments that overlap between nodes: on the way, or at the end by
+    little next to what contact displaces in other steps."""
     rough = dict.fromkeys(
         result.name
-        for result in overlapping
-        if _is_asked_for(discrete, result) and result.name not in small_contacts
+        for result in results
+        if overlap_of(result) and (result.load_factor == 1.0 or _is_asked_for(discrete, result))
     )
-    advice = "refine the mesh there"
-    ways = (
-        (rough, "before its end: tractions of those increments are rough"),
-        (
-            small_contacts,
-            "by little next to what contact displaces in other steps: its own tractions are rough",
-        ),
-    )
+    text = "surfaces overlap between nodes in some increments: their tractions are rough"
     return [
-        new_finding(
-            "rough increments",
-            f"surfaces overlap between nodes{', ' if names is small_contacts else ' '}{how}",
-            f"step {name!r}",
-            advice=advice,
-        )
-        for names, how in ways
-        for name in names
+        new_finding("rough increments", text, f"step {name!r}", advice="refine the mesh there")
+        for name in rough
     ]
 
 

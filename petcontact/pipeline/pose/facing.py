@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import scipy
 
@@ -82,64 +85,58 @@ def contact_interface(
 
     A finding says that the interface never touches, or that the obstacle fits a curved part.
     """
-    mesh = meshes[side.body]
+    mesh, law = meshes[side.body], side.law
     nodes = mesh.nodes_of(side.part)
-    findings, where = list[Finding](), f"pair {side.name!r}"
+    opposite: dict[str, Any] = {"obstacle": side.obstacle, "held": held}
+    normal, gap = along(side.direction, mesh.smooth_normal[nodes]).copy(), np.zeros(len(nodes))
     if facing is not None:
-        normal, present = facing.normal, facing.met
-        if not present.any():
-            text = "no node of the secondary faces the primary along its normals: they never touch"
-            findings.append(new_finding("facing", text, where))
-    else:
-        normal, present = (
-            along(side.direction, mesh.smooth_normal[nodes]).copy(),
-            np.ones(len(nodes), dtype=bool),
-        )
-        bent = np.linalg.norm(np.ptp(mesh.smooth_normal[nodes], axis=0)) > SINGLE
-        if bent and side.law.gap == "geometry" and side.law.normal == "unilateral":
-            text = "no gap is given, so that the obstacle fits the curved face as a cup does"
-            advice = "give the gap to a flat or another one as an expression"
-            findings.append(new_finding("fitting gap", text, where, advice=advice))
-    if side.law.gap == "geometry":
-        gap = (
-            facing.distance
-            if facing is not None and side.law.normal == "unilateral"
-            else np.zeros(len(nodes))
-        )
-    else:
-        gap = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), f"{side.key}.gap")
-    gap = np.where(present, gap, np.inf)
-    smallest = _smallest(mesh, nodes, gap)
+        assert side.primary is not None
+        normal, drawn = facing.normal, law.gap == "geometry" and law.normal == "unilateral"
+        gap = np.where(facing.met, facing.distance if drawn else 0.0, np.inf)
+        opposite = {
+            "primary": side.primary[0],
+            "primary_nodes": facing.primary,
+            "values": facing.values,
+            "loads": facing.loads,
+            "distance": facing.distance,
+            "sag": facing.sag if drawn else None,
+        }
+    if law.gap != "geometry":
+        gap = gap + evaluate(law.gap, mesh.variables(nodes), len(nodes), f"{side.key}.gap")
     tangent = mesh.slip_directions(normal)
-    if facing is None:
-        return (
-            Interface(
-                side.name, side.body, nodes, normal, tangent, gap, obstacle=side.obstacle, held=held
-            ),
-            smallest,
-            findings,
-        )
-    assert side.primary is not None
-    sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else None
     return (
-        Interface(
-            side.name,
-            side.body,
-            nodes,
-            normal,
-            tangent,
-            gap,
-            side.primary[0],
-            facing.primary,
-            facing.values,
-            facing.loads,
-            None,
-            facing.distance,
-            sag,
-        ),
-        smallest,
-        findings,
+        Interface(side.name, side.body, nodes, normal, tangent, gap, **opposite),
+        _smallest(mesh, nodes, gap),
+        list(_findings(side, mesh, facing)),
     )
+
+
+def _findings(side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None) -> Iterator[Finding]:
+    """Find parts that never touch, what an obstacle without a gap fits, and gaps that do not count.
+
+    Faces that lie across an axis may well lie on a flat obstacle.
+    """
+    where, by_shape = f"pair {side.name!r}", side.law.gap == "geometry"
+    unilateral = side.law.normal == "unilateral"
+    if facing is None:
+        normal = mesh.smooth_normal[mesh.nodes_of(side.part)]
+        bent = np.linalg.norm(np.ptp(normal, axis=0)) > SINGLE
+        across = np.abs(normal).max(axis=1).min() > 1.0 - SINGLE
+        if by_shape and unilateral and (bent or not across):
+            shape = "curved face as a cup does" if bent else "slanted face"
+            text = f"no gap is given, so that the obstacle fits the {shape}"
+            advice = "give the gap to a flat or another one as an expression"
+            yield new_finding("fitting gap", text, where, advice=advice)
+    elif not facing.met.any():
+        text = "no node of the secondary faces the primary along its normals: they never touch"
+        yield new_finding("facing", text, where)
+    elif by_shape and not unilateral:
+        off = np.where(facing.met, np.abs(facing.distance) - facing.sag, 0.0)
+        if off.max() > SINGLE * np.abs(mesh.x).max():
+            far = float(facing.distance[off.argmax()])
+            how = "overlap" if far < 0.0 else "are apart"
+            text = f"the parts {how} by up to {abs(far):.3g}, and are joined as they lie"
+            yield new_finding("closed gap", text, where, measured=abs(far))
 
 
 def _smallest(mesh: BoundaryMesh, nodes: Index, gap: Array) -> float:

@@ -87,20 +87,34 @@ def _sizes(solution: SolutionData) -> list[str]:
 
 
 def alike(findings: Sequence[Finding]) -> list[str]:
-    """Findings in words; what is found at several interfaces is said once.
+    """Findings in words; what is found at several interfaces is said once, and of what is found in
+    several steps the worst.
 
     >>> alike([Finding("sag", "warning", "facets", f"pair {name!r}") for name in "ab"])
     ["pairs 'a', 'b': facets"]
+    >>> alike([Finding("slip", "warning", f"by {k}", f"step '{k}'", measured=k) for k in (2, 7, 3)])
+    ["3 steps, the worst is step '7': by 7"]
     """
-    places: dict[tuple[str, bool], list[str]] = {}
+    places: dict[tuple[str, str], list[Finding]] = {}
     for each in findings:
-        of_pair = each.where.startswith("pair ")
-        text = str(replace(each, where="") if of_pair else each)
-        places.setdefault((text, of_pair), []).append(each.where.removeprefix("pair "))
-    return [
-        f"pair{'s' if len(names) > 1 else ''} {', '.join(names)}: {text}" if of_pair else text
-        for (text, of_pair), names in places.items()
-    ]
+        noun = each.where.partition(" ")[0]
+        text = (
+            each.kind
+            if noun == "step"
+            else str(replace(each, where="") if noun == "pair" else each)
+        )
+        places.setdefault((text, noun), []).append(each)
+    return [_together(text, noun, some) for (text, noun), some in places.items()]
+
+
+def _together(text: str, noun: str, findings: Sequence[Finding]) -> str:
+    """Findings at places of one kind in words, all with one text or in steps."""
+    several = len(findings) > 1
+    if noun == "step":
+        worst = max(findings, key=lambda each: np.nan_to_num(each.measured))
+        return f"{len(findings)} steps, the worst is {worst}" if several else str(worst)
+    names = ", ".join(each.where.removeprefix("pair ") for each in findings)
+    return f"pair{'s' if several else ''} {names}: {text}" if noun == "pair" else text
 
 
 def _steps(tell: Teller) -> list[str]:
