@@ -85,17 +85,14 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
 
 def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> Solution:
     """Return the solution in space with its estimated error, as `with_estimate`."""
-    whole = math.nan
-    if solution.kind == "bilateral" or not solution.nodes:
-        whole = whole_error(solution, solved_on)
-    if not solution.nodes:
-        if math.isnan(whole):
-            return replace(
-                solution, accuracy=replace(solution.accuracy, unknown="compare with a finer mesh")
-            )
-        return _estimated(solution, Accuracy(error=min(whole, 1.0)))
-    error, of_resultants = TailErrors(solution).error(whole)
-    return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
+    if solution.nodes:
+        error, of_resultants = TailErrors(solution).error()
+        return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
+    whole = whole_error(solution, solved_on)
+    if math.isnan(whole):
+        accuracy = replace(solution.accuracy, unknown="compare with a finer mesh")
+        return replace(solution, accuracy=accuracy)
+    return _estimated(solution, Accuracy(error=min(whole, 1.0)))
 
 
 def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:

@@ -1,5 +1,4 @@
-"""Error estimates from panels of another order: of u_t in bilateral contact, and of u without
-contact."""
+"""Error estimates of u without contact from panels of another order."""
 
 from __future__ import annotations
 
@@ -10,12 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...contact.law_protocol import STICK
 from ...errors import PetcontactError
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...refinement.corner_exponents import SLIDING
 from ...refinement.panels.edges import edge_exponent
-from ...results.evaluated import displacement_scale
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..pose.discretise import MeshMaker
@@ -54,10 +50,10 @@ def share(order: int, changed_order: int, exponent: float) -> float:
 
 
 def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
-    """Return the relative L2 error of u_t in bilateral contact, or of u without contact [-].
+    """Return the relative L2 error of u without contact [-].
 
     It is the largest over bodies and step ends. It is a `share` of the change when all panels get
-    the next order. Without contact, if that costs too much, they get the order below.
+    the next order, or, if that costs too much, the order below.
 
     Parameters
     ----------
@@ -68,17 +64,18 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     Returns
     -------
     float
-        nan if unknown. In contact that is so with panels of order 3, and where the next order has
-        more than `FEW` nodes. Without contact the order below is impossible with panels of order 0,
-        and too expensive above the nodes of `BUDGETS`.
+        nan if unknown. The next order is not for panels of order 3, and too expensive above `FEW`
+        nodes. The order below is impossible with panels of order 0, and too expensive above the
+        nodes of `BUDGETS`.
     """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
-    change = _affordable(meshes, bilateral=solution.kind == "bilateral")
+    change = _affordable(meshes)
     if not (change and all(body.geometry.has_inside for body in solution.problem.body)):
         return math.nan
     orders = [int(mesh.order.max()) for mesh in meshes]
     shares = [
-        share(order, order + change, _exponent(solution, k)) for k, order in enumerate(orders)
+        share(order, order + change, edge_exponent(mesh, body))
+        for order, mesh, body in zip(orders, meshes, solution.problem.body, strict=True)
     ]
     changed = [
         other_order(mesh, np.ones(mesh.n_elements, dtype=bool), change, factor)
@@ -94,7 +91,7 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     )
 
 
-def _affordable(meshes: Sequence[SurfaceMesh], *, bilateral: bool) -> int:
+def _affordable(meshes: Sequence[SurfaceMesh]) -> int:
     """Return the change of all orders for another solve: 1, -1, or 0 if none is worth its cost.
 
     The order p - 1 costs 0.5 to 0.8 of the first solve. It is tried on meshes that an adaptive
@@ -103,39 +100,22 @@ def _affordable(meshes: Sequence[SurfaceMesh], *, bilateral: bool) -> int:
     if max(map(_next_nodes, meshes)) <= FEW and max(mesh.order.max() for mesh in meshes) < 3:
         return 1
     small = sum(mesh.n_nodes for mesh in meshes) <= budget_of(len(meshes), asked=False).nodes
-    return -1 if not bilateral and small and min(mesh.order.min() for mesh in meshes) >= 1 else 0
+    return -1 if small and min(mesh.order.min() for mesh in meshes) >= 1 else 0
 
 
 def _changed_by(
     solution: Solution, compared: Solution, name: str, ends: tuple[StepResult, StepResult]
 ) -> float:
-    """Return the relative L2 difference of two solutions on a body at the end of a step [-].
-
-    It is that of u_t in bilateral contact, else that of u.
-    """
+    """Return the relative L2 difference of u of two solutions on a body at the end of a step
+    [-]."""
     both = [
         (as_surface(solved.meshes[name]), end.bodies[name].u)
         for solved, end in zip((solution, compared), ends, strict=True)
     ]
     size = _norm(both[0][0].weight, both[0][1])
     (lower, u), (mesh, finer) = sorted(both, key=lambda solved: int(solved[0].order.max()))
-    nodes, apart = np.arange(mesh.n_nodes), lower.basis_at(mesh.element, mesh.places) @ u - finer
-    if solution.kind == "bilateral":
-        nodes, size = compared.contact.nodes, displacement_scale(solution)
-        apart = apart - np.sum(apart * mesh.normal, axis=1, keepdims=True) * mesh.normal
-    return _norm(mesh.weight[nodes], apart[nodes]) / size if size > 0.0 else 0.0
-
-
-def _exponent(solution: Solution, number: int) -> float:
-    """Return λ of a body; a part in contact slides if none of its nodes sticks."""
-    sticks = set(solution.contact.part[solution.contact.state == STICK].tolist())
-    slides = (
-        dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,))
-        if solution.kind == "bilateral"
-        else {}
-    )
-    body = solution.problem.body[number]
-    return edge_exponent(as_surface(list(solution.meshes.values())[number]), body, slides)
+    apart = lower.basis_at(mesh.element, mesh.places) @ u - finer
+    return _norm(mesh.weight, apart) / size if size > 0.0 else 0.0
 
 
 def _norm(weight: Array, values: Array) -> float:

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -18,7 +16,7 @@ from ...arrays import Array, Index
 from ...linalg.nearest import within
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Body
-from ..corner_exponents import CLAMPED, SideKind, corner_exponent, shear_exponent
+from ..corner_exponents import CLAMPED, corner_exponent, shear_exponent
 from ..singular_points import kinds_of
 
 TOGETHER = 0.02
@@ -30,9 +28,7 @@ SMOOTH = math.radians(15.0)
 [rad]."""
 
 
-def edge_exponent(
-    mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideKind, ...]] = MappingProxyType({})
-) -> float:
+def edge_exponent(mesh: SurfaceMesh, body: Body) -> float:
     """Return the least λ in (0, 1] along the edges of a body; displacements behave like r^λ there.
 
     Parameters
@@ -40,8 +36,6 @@ def edge_exponent(
     mesh : SurfaceMesh
     body : Body
         A body with conditions on its parts.
-    kinds : mapping
-        What parts in contact may be; it replaces what their conditions say.
 
     Examples
     --------
@@ -56,7 +50,7 @@ def edge_exponent(
     0.711
     """
     conditions = {condition.part: condition for condition in body.boundary}
-    kind = [kinds.get(name) or kinds_of(conditions.get(name)) for name in mesh.part_names]
+    kind = [kinds_of(conditions.get(name)) for name in mesh.part_names]
     kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
     first_panel, second_panel, angle = edges(mesh)[:3]
     meeting = np.column_stack(

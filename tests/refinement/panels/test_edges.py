@@ -10,7 +10,7 @@ from shapes import cuboid, elastic, moved
 
 from petcontact import Problem
 from petcontact.model.base import parse
-from petcontact.refinement.corner_exponents import CLAMPED, FREE, SLIDING, corner_exponent
+from petcontact.refinement.corner_exponents import CLAMPED, FREE, corner_exponent
 from petcontact.refinement.meshes import mesh_of
 from petcontact.refinement.panels.edges import edge_exponent, edges
 from petcontact.refinement.panels.quartering import cut
@@ -75,15 +75,10 @@ def test_a_cone_has_the_angle_of_its_held_edge(top, ratio):
     assert edge_exponent(mesh, body) == pytest.approx(lowest, abs=5e-3)
 
 
-def test_a_contact_counts_as_clamped_unless_it_slips_all_over():
+def test_a_contact_counts_as_clamped():
     contact = {"part": "bottom", "condition": "contact", "friction_bound": 1.0}
     body, mesh = body_of(turned(0.8), contact, element_size=0.7)
     below = math.pi / 2.0 - math.atan(0.2)
     assert edge_exponent(mesh, body) == pytest.approx(
         corner_exponent(below, 1.8, CLAMPED, FREE), abs=5e-3
-    )
-    assert (
-        edge_exponent(mesh, body, {"bottom": (SLIDING,)})
-        == corner_exponent(below, 1.8, SLIDING, FREE)
-        == 1.0
     )
