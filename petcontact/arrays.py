@@ -55,6 +55,12 @@ def even_bounds(count: int, size: int) -> Index:
     return np.concatenate([[0], np.cumsum(sizes)])
 
 
+def ranked(counts: Index) -> tuple[Index, Index]:
+    """Return each number i counts[i] times, and beside it 0, 1, ... counts[i] - 1."""
+    source = np.repeat(np.arange(len(counts)), counts)
+    return source, np.arange(len(source)) - (np.cumsum(counts) - counts)[source]
+
+
 def shown(point: Iterable[float], digits: int = 6) -> str:
     """Return a point as text.
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .. import native
-from ..arrays import Array, Index
+from ..arrays import Array, Index, ranked
 from ..mesh.boundary_mesh import BoundaryMesh
 from .kernel import ColumnData, Kernel
 
@@ -43,8 +43,7 @@ class PlainFiller:
                 )
             if right_hand_sides is not None:
                 starts = self.data.rhs_first
-                owner = np.repeat(np.arange(len(columns)), np.diff(starts)[columns])
-                within = np.arange(len(owner)) - np.searchsorted(owner, owner)
+                owner, within = ranked(np.diff(starts)[columns])
                 number = starts[columns][owner] + within
                 pushed = self.data.rhs_traction[number, None]
                 moved = self.data.rhs_displacement[number, None]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, ranked
 from ..round_off import ROUNDED
 from .boundary_data import BoundaryData
 
@@ -61,11 +61,8 @@ class RightHandSides:
 
     def columns_of(self, nodes: Index) -> tuple[Index, Index]:
         """Return the columns of some nodes and the node of each column."""
-        count = self.count[nodes]
-        owner = np.repeat(np.arange(len(nodes)), count)
-        return self.first[nodes][owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[
-            owner
-        ], owner
+        owner, within = ranked(self.count[nodes])
+        return self.first[nodes][owner] + within, owner
 
 
 def columns_beside(data: BoundaryData, traction_scale: float) -> tuple[RightHandSides, Array]:

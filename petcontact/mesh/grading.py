@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index, ranked
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..geometry.same_place import TOLERANCE, distinct
@@ -133,7 +133,7 @@ def graded_breaks(
         # where both are graded they meet in the middle, which is one point
         points = np.concatenate([a + up, (b - down)[-2::-1]] if first or last else [[a], [b]])
         points[0], points[-1] = a, b
-        pieces.append(_split(points, largest)[1:])
+        pieces.append(cut_equally(points, least_pieces(np.diff(points) / largest))[1:])
     return np.concatenate(pieces)
 
 
@@ -144,14 +144,11 @@ def largest_turn(side: Side) -> float:
     return math.pi / 6.0 / turn if turn > 0.0 else math.inf
 
 
-def _split(points: Array, largest: float) -> Array:
-    """Return the ends after elements longer than `largest` are cut into equal ones."""
-    counts = least_pieces(np.diff(points) / largest)
-    cut = [
-        a + (b - a) * np.arange(n) / n
-        for a, b, n in zip(points[:-1], points[1:], counts, strict=True)
-    ]
-    return np.append(np.concatenate(cut), points[-1])
+def cut_equally(points: Array, count: Index) -> Array:
+    """Return the ends after each element is cut into `count` (n,) equal ones."""
+    owner, within = ranked(count)
+    begins, width = points[:-1][owner], np.diff(points)[owner]
+    return np.append(begins + width * within / count[owner], points[-1])
 
 
 def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:

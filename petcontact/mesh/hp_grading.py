@@ -20,7 +20,7 @@ from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from .curve_building import build_mesh
 from .curve_mesh import CurveMesh
-from .grading import LARGEST_MESH, at_ends, largest_turn, turn
+from .grading import LARGEST_MESH, at_ends, cut_equally, largest_turn, turn
 
 NEIGHBOUR = 4.0
 """Largest ratio of the lengths of two neighbouring elements [-]."""
@@ -227,12 +227,7 @@ def _split(breaks: Array, orders: Index, count: Index) -> tuple[Array, Index]:
     """Return breaks and orders after each element is cut into `count` equal ones."""
     if count.max() == 1:
         return breaks, orders
-    begins, width, pieces, before = (
-        np.repeat(values, count)
-        for values in (breaks[:-1], np.diff(breaks), count, np.cumsum(count) - count)
-    )
-    cut = begins + width * (np.arange(len(begins)) - before) / pieces
-    return np.append(cut, breaks[-1]), np.repeat(orders, count)
+    return cut_equally(breaks, count), np.repeat(orders, count)
 
 
 def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, ranked
 from ..geometry.rotation import SPACE, Motions
 from ..geometry.surface import CUTS
 from .basis import COINCIDE
@@ -135,9 +135,9 @@ class SurfaceMesh(BoundaryMesh):
         """Return the panel of each side of panels and its number there, (s,) each, and the sides'
         starts, ends and middles, (3, s, 3) [length]."""
         count = np.where(self.kind[panels] & TRIANGLE, 3, 4)
-        panel = np.repeat(panels, count)
-        k = np.arange(len(panel)) - np.repeat(np.cumsum(count) - count, count)
-        corners, after = self.corners[panel], (k + 1) % np.repeat(count, count)
+        owner, k = ranked(count)
+        panel, after = panels[owner], (k + 1) % count[owner]
+        corners = self.corners[panel]
         row = np.arange(len(panel))
         return panel, k, np.stack([corners[row, k], corners[row, after], self.middles[panel, k]])
 

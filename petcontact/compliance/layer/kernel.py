@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, ranked
 from ...bem.kelvin2d.moments import powers
 from ...bem.operators import BoundaryOperators
 from ...mesh.basis import gauss, product_weights
@@ -108,11 +108,8 @@ def strips(
     mesh = as_curve(operators.mesh)
     result = []
     for elements in smooth_stretches(mesh, nodes):
-        counts = mesh.order[elements] + 1
-        local = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        node_positions = np.searchsorted(
-            nodes, np.repeat(mesh.first_node[elements], counts) + local
-        )
+        owner, local = ranked(mesh.order[elements] + 1)
+        node_positions = np.searchsorted(nodes, mesh.first_node[elements][owner] + local)
         first, last = elements[0], elements[-1]
         length = mesh.length[elements]
         closed = float(length.sum()) if _meet(mesh, elements[-1:], elements[:1])[0] else 0.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask, Rows
+from ...arrays import Array, Index, Mask, Rows, ranked
 from .clusters import Boxes, NodeCurves, halved
 
 FEW = 2  # a cell that gives no more nodes than this is not probed for certain
@@ -191,7 +191,7 @@ class Sampler:
         pieces = np.searchsorted(self._breaks, cells.last) - begin + 1
         # a cell that breaks cut into more pieces is sampled without regard to them
         pieces[pieces > 8] = 1
-        source, rank = _ranks(pieces)
+        source, rank = ranked(pieces)
         padded = np.concatenate([[0], self._breaks, [0]])
         index = begin[source] + rank
         first = np.where(rank == 0, cells.first[source], padded[index])
@@ -210,7 +210,7 @@ class Sampler:
         length, half and half: numbers alone pass over long elements between short ones, and length
         over the many short ones.
         """
-        source, rank = _ranks(count)
+        source, rank = ranked(count)
         first, last = cells.first[source], cells.last[source]
         wanted = 0.5 - 0.5 * np.cos(np.pi * (rank + 0.5) / count[source])
         position, above = first.copy(), last.copy()
@@ -259,12 +259,6 @@ def _nodes(ellipse: Array) -> Array:
     """Return how many Chebyshev nodes one digit needs for a function that is analytic inside a
     Bernstein ellipse."""
     return np.asarray(1.0 / np.log10(np.maximum(ellipse, 1.1)))
-
-
-def _ranks(counts: Index) -> tuple[Index, Index]:
-    """Return each number i counts[i] times, and beside it 0, 1, ... counts[i] - 1."""
-    source = np.repeat(np.arange(len(counts)), counts)
-    return source, np.arange(len(source)) - (np.cumsum(counts) - counts)[source]
 
 
 def _between(
