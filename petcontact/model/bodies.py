@@ -175,14 +175,12 @@ class Displacement(Model):
                 )
         return self
 
-    @property
-    def apart(self) -> tuple[Displacement | Traction, ...]:
-        """The displacement alone, and the traction of its free components."""
-        return (self,) if self.traction is None else self.two
-
     @functools.cached_property
-    def two(self) -> tuple[Displacement | Traction, ...]:
-        """The displacement and the traction, the same objects at each call."""
+    def apart(self) -> tuple[Displacement | Traction, ...]:
+        """The displacement alone, and the traction of its free components; the same objects at each
+        call."""
+        if self.traction is None:
+            return (self,)
         return (Displacement(self.part, self.value), Traction(self.part, self.traction))
 
 

@@ -111,26 +111,24 @@ class Obstacle(Model):
         InputError
             If one has another number of components, or no rigid motion has it.
         """
-        moved = self._each("displacement", kind.dim)
-        for axis in kind.across:
-            if moved[axis] not in (0.0, "free"):
-                raise self._across("displacement", axis, moved[axis])
-            moved[axis] = 0.0
+        moved = self._along("displacement", kind, 0.0, "free")
         return moved + self._each("rotation", len(kind.planes))
 
     def loads(self, kind: Kind) -> list[float]:
         """Force and moment, component by component; errors as of `motions`."""
-        force = self._each("force", kind.dim)
-        for axis in kind.across:
-            if force[axis] != 0.0:
-                raise self._across("force", axis, force[axis])
-        return force + self._each("moment", len(kind.planes))
+        return self._along("force", kind, 0.0) + self._each("moment", len(kind.planes))
 
-    def _across(self, key: str, axis: int, given: Any) -> InputError:
-        return InputError(
-            f"obstacle {self.name!r}: {key}[{axis}]: it moves along the axis of revolution only, "
-            f"got {given!r}"
-        )
+    def _along(self, key: str, kind: Kind, *still: Any) -> list[Any]:
+        """The components of a vector, of which those across an axis of revolution are 0."""
+        values = self._each(key, kind.dim)
+        for axis in kind.across:
+            if values[axis] not in still:
+                raise InputError(
+                    f"obstacle {self.name!r}: {key}[{axis}]: it moves along the axis of revolution "
+                    f"only, got {values[axis]!r}"
+                )
+            values[axis] = 0.0
+        return values
 
     def centre_in(self, d: int) -> list[float]:
         """Centre of rotation in d dimensions; errors as of `motions`."""
