@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -37,12 +37,11 @@ def at_rim(distance: Array, points: Array) -> Mask:
     return np.asarray(distance < np.minimum(RIM * size, across / 8.0)[:, None])
 
 
-class RoundSurface(Protocol):
+class RoundSurface(SolidSurface):
     """A surface of curved panels.
 
     Attributes
     ----------
-    parts : tuple of str
     area : float
         About [length²].
     usual_size : float
@@ -52,23 +51,23 @@ class RoundSurface(Protocol):
         the sides, middle; NaN where triangles have none [length].
     """
 
-    @property
-    def parts(self) -> tuple[str, ...]: ...
-    @property
-    def area(self) -> float: ...
-    @property
-    def usual_size(self) -> float: ...
-    def cells(self, size: float) -> Iterator[tuple[int, Array]]: ...
+    known = exact = True
+    if TYPE_CHECKING:
+
+        @property
+        def area(self) -> float: ...
+        @property
+        def usual_size(self) -> float: ...
+        def cells(self, size: float) -> Iterator[tuple[int, Array]]: ...
 
 
 @dataclass(frozen=True)
-class SphereSurface(SolidSurface):
+class SphereSurface(RoundSurface):
     """A sphere in six parts, named like the faces of the box around it [length]."""
 
     centre: Array
     radius: float
     parts: tuple[str, ...] = tuple(BOX_PARTS)
-    known = exact = True
 
     def __post_init__(self) -> None:
         check_digits(self.radius, [self.centre], "sphere")
@@ -107,14 +106,13 @@ class SphereSurface(SolidSurface):
 
 
 @dataclass(frozen=True)
-class CylinderSurface(SolidSurface):
+class CylinderSurface(RoundSurface):
     """A cylinder between the centres of two discs, `bottom` and `top`, with its `side` [length]."""
 
     start: Array
     end: Array
     radius: float
     parts: tuple[str, ...] = ("bottom", "top", "side")
-    known = exact = True
 
     def __post_init__(self) -> None:
         check_digits(min(self.radius, self.height), [self.start, self.end], "cylinder")

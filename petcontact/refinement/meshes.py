@@ -11,8 +11,7 @@ import numpy as np
 from ..bem.compatibility import check_compatible
 from ..errors import InputError
 from ..geometry.cad.part import CadSurface
-from ..geometry.revolved.surface import RevolvedSurface
-from ..geometry.round_surfaces import CylinderSurface, RoundSurface, SphereSurface
+from ..geometry.round_surfaces import RoundSurface
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary, BoxSurface, FacetSurface
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -75,9 +74,7 @@ def _(boundary: BoxSurface, body: Body) -> SurfaceMesh:
     return box_mesh(boundary, lambda part: options.element_sizes.get(part, usual), order, exponent)
 
 
-@_mesh.register(SphereSurface)
-@_mesh.register(CylinderSurface)
-@_mesh.register(RevolvedSurface)
+@_mesh.register
 def _(boundary: RoundSurface, body: Body) -> SurfaceMesh:
     order = _order(body.mesh)
     _refuse(

@@ -124,7 +124,9 @@ class CadSurface(SolidSurface):
         """Onto the surface of the part that a whole panel is nearest to, and onto its edges
         (`Projector.onto`)."""
         surfaces = list(self._numbers.values())
-        return projector(self.file, self.stamp).onto([surfaces[k] for k in part.tolist()], points)
+        return projector(self.file, self.stamp, os.getpid()).onto(
+            [surfaces[k] for k in part.tolist()], points
+        )
 
     def write_msh(self, target: str | Path, size: float | None = None, order: int = 2) -> None:
         """Write the mesh as a Gmsh file, format 4.1, with a physical surface for each part.

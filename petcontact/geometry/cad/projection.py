@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import json
-import os
 import subprocess
 import sys
 import weakref
@@ -86,11 +85,7 @@ def _end(process: subprocess.Popen[str]) -> None:
     process.wait()
 
 
-def projector(file: str, stamp: int) -> Projector:
-    """That of a file as it was at some time, in this process."""
-    return _kept(file, stamp, os.getpid())
-
-
 @functools.lru_cache(maxsize=4)
-def _kept(file: str, stamp: int, process: int) -> Projector:
+def projector(file: str, stamp: int, process: int) -> Projector:
+    """That of a file as it was at some time, in the process of this number."""
     return Projector(file)

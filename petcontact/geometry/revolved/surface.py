@@ -14,8 +14,7 @@ from ...errors import InputError
 from ...round_off import WRITTEN
 from ..arcs import check_digits
 from ..outline import Outline
-from ..round_surfaces import at_rim
-from ..surface import SolidSurface
+from ..round_surfaces import RoundSurface, at_rim
 from .section import section_triangles
 from .stations import Stations, checked_section, on_axis, parts_of, stations
 
@@ -47,7 +46,7 @@ sectors at the end, twice as many, or the start on the axis."""
 
 
 @dataclass(frozen=True)
-class RevolvedSurface(SolidSurface):
+class RevolvedSurface(RoundSurface):
     """A section in (r, z), the body on the left of its sides, turned about an axis [length].
 
     Attributes
@@ -72,7 +71,6 @@ class RevolvedSurface(SolidSurface):
     centre: Array
     frame: Array
     angle: float
-    known = exact = True
 
     def __post_init__(self) -> None:
         check_digits(self.section.diameter, [self.centre], "body of revolution")
