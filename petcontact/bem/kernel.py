@@ -207,6 +207,15 @@ class Kernel(abc.ABC):
         return result / (4.0 * np.pi * (d - 1) * (1.0 - nu))
 
 
+def tensor_components(tensor: Array) -> Array:
+    """Return the components (q, d(d+1)/2) of symmetric tensors (q, d, d).
+
+    They are xx, yy, xy, or in space xx, yy, zz, xy, xz, yz.
+    """
+    i, j = np.triu_indices(tensor.shape[1], 1)
+    return np.hstack([np.einsum("qii->qi", tensor), tensor[:, i, j]])
+
+
 def _from(x: Array, source: Array) -> tuple[Array, Array]:
     """Return the vector r and its length. The length is never zero: at the force itself the vector
     0 cancels the infinite factors."""

@@ -26,10 +26,5 @@ def distributed(matrix: Array, comm: Any = None) -> Any:
     """A dense PETSc Mat (m, n) of an array that every rank has, assembled; PETSc.COMM_WORLD by
     default. Collective."""
     comm = comm if comm is not None else petsc().COMM_WORLD
-    rank, ranks = comm.getRank(), comm.getSize()
-    (first, last), (left, right) = (even_ranges(size, ranks)[rank] for size in matrix.shape)
-    sizes = ((last - first, matrix.shape[0]), (right - left, matrix.shape[1]))
-    own = np.asfortranarray(matrix[first:last])
-    result = petsc().Mat().createDense(sizes, array=own, comm=comm)
-    result.assemble()
-    return result
+    first, last = even_ranges(len(matrix), comm.getSize())[comm.getRank()]
+    return on_memory(np.ascontiguousarray(matrix[first:last].T), len(matrix), comm)

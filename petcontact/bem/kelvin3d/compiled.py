@@ -11,7 +11,6 @@ import numpy as np
 
 from ... import native
 from ...arrays import Array, Index
-from ...mesh.basis import gauss
 from ...mesh.curved.panels import CurvedPanels, reference_rule
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
@@ -19,12 +18,13 @@ from ..column_fillers import CompiledFiller
 from ..kernel import ColumnData
 from .rules import (
     COUNTS,
+    MOST_GAUSS,
     MOST_POINTS,
     degrees,
     digits,
     fewest,
+    gauss_table,
     least_log_rho,
-    tables,
     tolerance_of,
     warp,
 )
@@ -45,9 +45,7 @@ def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
         np.cosh(np.minimum(least_log_rho(degree, tolerance), 700.0))
         for degree in range(2 * HIGHEST_ORDER + 2)
     ]
-    points = np.zeros((2, len(COUNTS), COUNTS[-1]))
-    for row, count in enumerate(COUNTS):
-        points[:, row, :count] = gauss(count - 1)
+    points = gauss_table(COUNTS)
     return np.concatenate([np.minimum(most, ROOM), np.ravel(least), COUNTS, points.ravel()]).astype(
         np.float64
     )
@@ -97,7 +95,7 @@ def _curved_weights(order: int, corners: int, tolerance: float) -> Array:
             table.ravel(),
             coefficients.ravel(),
             [digits(tolerance)],
-            *(part.ravel() for part in tables()),
+            np.pad(gauss_table(range(1, MOST_GAUSS + 1)), ((0, 0), (1, 0), (0, 0))).ravel(),
         ]
     )
 

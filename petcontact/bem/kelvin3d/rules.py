@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -165,11 +166,10 @@ def warp(panels: CurvedPanels) -> Array:
     return np.asarray(panels.found["warp"])
 
 
-@functools.cache
-def tables() -> tuple[Array, Array]:
-    """Gauss points and weights on [-1, 1] by their number, zero beyond it: two arrays of shape
-    (MOST_GAUSS + 1, MOST_GAUSS)."""
-    result = np.zeros((2, MOST_GAUSS + 1, MOST_GAUSS))
-    for count in range(1, MOST_GAUSS + 1):
-        result[:, count, :count] = gauss(count - 1)
-    return result[0], result[1]
+def gauss_table(counts: Sequence[int]) -> Array:
+    """Gauss points and weights on [-1, 1], a row for each number of them and zero beyond it, (2,
+    counts, points)."""
+    result = np.zeros((2, len(counts), max(counts)))
+    for row, count in enumerate(counts):
+        result[:, row, :count] = gauss(count - 1)
+    return result

@@ -11,7 +11,7 @@ from ...arrays import Array
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.loaded_body import LoadedBody
-from ..kernel import Kernel
+from ..kernel import Kernel, tensor_components
 from ..kernels import kernel_for
 from .volume import VolumeSolution
 
@@ -64,12 +64,8 @@ class InsideLoads:
     def points_at(self, x: Array) -> tuple[Array, Array]:
         """u and σ of point forces alone, which `without` leaves in: the boundary stress has them,
         the integrals have not."""
-        m, d = len(x), self.mesh.components
-        if not len(self.point):
-            return np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2))
-        stress = self.kernel.point_stress(x, self.point, self.force)
-        moved = self.kernel.point_displacement(x, self.point, self.force)
-        return moved, stress
+        given = x, self.point, self.force
+        return self.kernel.point_displacement(*given), self.kernel.point_stress(*given)
 
     def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
         """The same of volume loads alone, which is what `without` leaves out on the boundary."""
@@ -78,8 +74,7 @@ class InsideLoads:
         if self.volume is not None:
             u, whole, heat = self.volume.values_at(x, self.shares)
             u, whole = lifted(u, d), lifted(lifted(whole, d).swapaxes(1, 2), d)
-            i, j = np.triu_indices(d, 1)
-            stress = np.hstack([np.einsum("mii->mi", whole), whole[:, i, j]])
+            stress = tensor_components(whole)
             material = self.kernel.material
             if material.plane == "strain":
                 normal = -(1.0 - 2.0 * material.poisson_ratio) * heat

@@ -82,13 +82,6 @@ class FullBody(ElasticBody):
             self._places
         ]
 
-    def apply(self, traction: Array) -> Array:
-        """Return S t by one solve with A(0) for each column [length]."""
-        still = np.zeros(len(self._places))
-        if traction.ndim == 1:
-            return self.influence(still, traction)
-        return np.column_stack([self.influence(still, column) for column in traction.T])
-
     def unknowns(self, shares: Array, traction: Array) -> Array:
         """Return all unknowns of the body, by one solve with A(0)."""
         pushed = traction.ravel() / self.operators.traction_scale @ self._rows.contact

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
+from ...bem.kernel import tensor_components
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Material
@@ -90,7 +91,7 @@ class BoundaryField:
         u = u + np.einsum("qij,qj->qi", self._linear[element], x - smooth)
         slopes, hoop = self._mesh.strained(x, u, self._slopes.at(element, place))
         normal = lifted(normal, self._mesh.components)
-        return x, u, components(hooke(traction, normal, slopes, self.material, hoop))
+        return x, u, tensor_components(hooke(traction, normal, slopes, self.material, hoop))
 
 
 def hooke(
@@ -125,12 +126,3 @@ def hooke(
         + outer.transpose(0, 2, 1)
         - across[:, None, None] * normal[:, :, None] * normal[:, None, :]
     )
-
-
-def components(tensor: Array) -> Array:
-    """Return the components (q, d(d+1)/2) of symmetric tensors (q, d, d).
-
-    They are xx, yy, xy, or in space xx, yy, zz, xy, xz, yz.
-    """
-    i, j = np.triu_indices(tensor.shape[1], 1)
-    return np.hstack([np.einsum("qii->qi", tensor), tensor[:, i, j]])
