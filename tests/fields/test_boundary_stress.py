@@ -12,8 +12,9 @@ from shapes import closing, cuboid, elastic, problem, solid
 from smooth_field import STEEL, boundary_data, exact, meshed
 
 from petcontact import Contact, Cylinder, Material, MeshOptions, Polygon, Problem, Sphere
+from petcontact.bem.kernel import tensor_components
 from petcontact.fields.boundary.places import best_places, located
-from petcontact.fields.boundary.stress import BoundaryField, components
+from petcontact.fields.boundary.stress import BoundaryField
 from petcontact.fields.interior import field_at
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
@@ -92,7 +93,7 @@ def test_exact_data_on_panels(order, size, bounds):
         everywhere(mesh, 4, np.random.default_rng(0)),
     )
     for (element, place), bound in zip(places, bounds, strict=True):
-        wanted = components(kelvin(at(mesh, element, place))[1])
+        wanted = tensor_components(kelvin(at(mesh, element, place))[1])
         assert np.abs(field.at(element, place)[2] - wanted).max() < bound * np.abs(wanted).max()
 
 
@@ -108,7 +109,7 @@ def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
     element, place = everywhere(mesh, 2, np.random.default_rng(0))
     x = at(mesh, element, place)[mesh.part[element] == mesh.part_names.index("top")][::3]
     x = x[np.abs(x[:, :2]).max(axis=1) < 0.9] - [0.0, 0.0, depth]
-    error = np.abs(fields.at(x).stress - components(kelvin(x)[1])).max()
+    error = np.abs(fields.at(x).stress - tensor_components(kelvin(x)[1])).max()
     assert len(x) > 20 and error < 4.5e-3 * np.abs(stress).max()
 
 
@@ -150,7 +151,7 @@ def stress_error(mesh, field, *places):
     u, stress = field(mesh.x)
     traction = np.einsum("nij,nj->ni", stress, mesh.normal)
     found = BoundaryField(mesh, u, traction, SOFT).at(*places)[2]
-    wanted = components(field(at(mesh, *places))[1])
+    wanted = tensor_components(field(at(mesh, *places))[1])
     return np.abs(found - wanted).max() / np.abs(wanted).max()
 
 
@@ -223,7 +224,7 @@ def test_uniform_stress_is_exact_and_rigid_motions_strain_nothing(seed, order, k
     u, traction = mesh.x @ slope.T + shift, mesh.normal @ stress
     field = BoundaryField(mesh, u, traction, material, rng.integers(-1, 3, mesh.n_nodes))
     places, size = everywhere(mesh, 3, rng), max(np.abs(stress).max(), np.abs(u).max())
-    assert np.abs(field.at(*places)[2] - components(stress[None])).max() < 1e-11 * size
+    assert np.abs(field.at(*places)[2] - tensor_components(stress[None])).max() < 1e-11 * size
     x = at(mesh, *places)
     found, where = located(mesh, x)
     assert np.all(found >= 0) and np.abs(at(mesh, found, where) - x).max() < 1e-12
@@ -232,7 +233,7 @@ def test_uniform_stress_is_exact_and_rigid_motions_strain_nothing(seed, order, k
     # beside a corner of a straight body that leans a point below a side may lie outside
     within = mesh.x.mean(axis=0) if body is straight else mesh.x[0] - 0.1 * mesh.normal[0]
     _, inside = field_at(mesh, u, traction, material, within[None])
-    assert np.abs(inside - components(stress[None])).max() < 1e-10 * size
+    assert np.abs(inside - tensor_components(stress[None])).max() < 1e-10 * size
 
 
 @pytest.mark.parametrize("kind", ["curve", "quads", "triangles"])
@@ -245,7 +246,7 @@ def test_linear_fields_on_constant_elements(kind):
     strain, d = 0.5 * (slope + slope.T), len(slope)
     stress = 2.0 * SOFT.shear_modulus * (strain + 0.3 / 0.4 * np.trace(strain) * np.eye(d))
     field = BoundaryField(mesh, mesh.x @ slope.T, mesh.normal @ stress, SOFT)
-    assert np.abs(field.at(*best_places(mesh))[2] - components(stress[None])).max() < 1e-11
+    assert np.abs(field.at(*best_places(mesh))[2] - tensor_components(stress[None])).max() < 1e-11
 
 
 def test_a_kink_at_the_end_of_a_state_is_not_smoothed():
