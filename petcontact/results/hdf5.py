@@ -24,7 +24,6 @@ from .format.checks import (
     check_fields,
     check_group,
     check_history,
-    check_link,
     check_pair,
     read_table,
 )
@@ -292,7 +291,7 @@ def describe(item: Any, path: str, units: Units) -> None:
             made.write(np.array(text, dtype=h5py.string_dtype()))
 
 
-def read_data(path: str | Path, group: str = "/") -> SolutionData:
+def read_data(path: str | Path) -> SolutionData:
     """Return what a result file of any format holds.
 
     Raises
@@ -301,10 +300,7 @@ def read_data(path: str | Path, group: str = "/") -> SolutionData:
         If the file is missing, truncated, not HDF5, not ours, or of a later format version.
     """
     with opened(path) as file:
-        if group not in file:
-            raise ResultError(f"{path}: no case {group!r}; there are {', '.join(file)}")
-        check_link(file, group, f"{path}")
-        return _read_group(file[group], f"{path}")
+        return _read_group(file, f"{path}")
 
 
 def _read_group(group: Any, source: str) -> SolutionData:

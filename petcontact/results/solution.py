@@ -91,19 +91,13 @@ class Solution(SolutionData):
         return f"<pre>{html.escape(self.verdict())}</pre>"
 
 
-def read_result(path: str | Path, group: str = "/") -> Solution:
+def read_result(path: str | Path) -> Solution:
     """The solution that a result file of any format holds.
-
-    Parameters
-    ----------
-    path : str or Path
-    group : str
-        Of the file, one case of several.
 
     Raises
     ------
     ResultError
         If the file is missing, truncated, not HDF5, not ours, or of a later format version.
     """
-    data = read_data(path, group)
+    data = read_data(path)
     return Solution(**{name: getattr(data, name) for name in SolutionData.__dataclass_fields__})

@@ -34,8 +34,10 @@ UNITS = (
 
 def named(name: str, values: Any) -> Table:
     """Components (n, d) along the axes as the columns NAMEx, NAMEy, ...; the points themselves are
-    x, y, ..."""
-    return dict(zip((f"{name}{axis}" for axis in "xyz"), np.asarray(values).T, strict=False))
+    x, y, z; numbers (n,) are the column NAME."""
+    columns = np.atleast_2d(np.asarray(values).T)
+    axes = "xyz" if len(columns) > 1 else ("",)
+    return dict(zip((f"{name}{axis}" for axis in axes), columns, strict=False))
 
 
 def pairs_table(solution: SolutionData, step: StepResult) -> Table:
@@ -111,11 +113,10 @@ def resultants_table(solution: SolutionData, step: StepResult) -> Table:
     increment, worn volume."""
     pairs = step.pairs
     wear = {"worn_volume": np.array([pair.worn_volume.sum() for pair in pairs.values()])}
-    moments = np.array([np.atleast_1d(pair.moment) for pair in pairs.values()])
     return {
         "pair": np.array(list(pairs)),
         **named("F", [pair.force for pair in pairs.values()]),
-        **(named("M", moments) if moments.shape[1:] == (3,) else {"M": moments.ravel()}),
+        **named("M", [pair.moment for pair in pairs.values()]),
         "area": np.array([pair.area for pair in pairs.values()]),
         "dissipated": np.array([pair.dissipated for pair in pairs.values()]),
         **(wear if any(pair.wear is not None for pair in pairs.values()) else {}),
@@ -125,19 +126,14 @@ def resultants_table(solution: SolutionData, step: StepResult) -> Table:
 def obstacles_table(solution: SolutionData, step: StepResult) -> Table:
     """Of each obstacle: displacement and rotation, and the force and moment that act on it from
     outside."""
-    obstacles = step.obstacles
-    columns: Table = {"obstacle": np.array(list(obstacles))}
-    for name, key in (
-        ("u", "displacement"),
-        ("rotation", "rotation"),
-        ("F", "force"),
-        ("M", "moment"),
-    ):
-        values = np.array(
-            [np.atleast_1d(getattr(obstacle, key)) for obstacle in obstacles.values()]
-        )
-        columns |= named(name, values) if values.shape[1:] != (1,) else {name: values.ravel()}
-    return columns
+    obstacles = step.obstacles.values()
+    return {
+        "obstacle": np.array(list(step.obstacles)),
+        **named("u", [obstacle.displacement for obstacle in obstacles]),
+        **named("rotation", [obstacle.rotation for obstacle in obstacles]),
+        **named("F", [obstacle.force for obstacle in obstacles]),
+        **named("M", [obstacle.moment for obstacle in obstacles]),
+    }
 
 
 def increments_table(solution: SolutionData, step: StepResult) -> Table:

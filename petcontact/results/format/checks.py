@@ -90,15 +90,6 @@ def _fits(dtype: Any, name: str) -> bool:
     return dtype.kind in "fiu" and dtype.itemsize <= 8 and name != "part_names"
 
 
-def check_link(file: Any, path: str, source: str) -> None:
-    """Refuse the path of a group that leads through links to elsewhere."""
-    folder = file
-    for name in filter(None, path.split("/")):
-        if not isinstance(folder.get(name, getlink=True), h5py.HardLink):
-            raise ResultError(f"{source}: {path} refers to another place")
-        folder = folder[name]
-
-
 def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> None:
     """Refuse fields that are not one vector a node of the mesh."""
     for name, values in fields.items():
