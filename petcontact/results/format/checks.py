@@ -100,28 +100,6 @@ def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> 
         )
 
 
-def check_contact(mesh: BoundaryMesh, contact: Mapping[str, Any], source: str) -> None:
-    """Refuse contact fields that do not fit each other or the mesh."""
-    m, d = len(contact["nodes"]), mesh.components
-    shapes = {
-        "x": (m, mesh.dim),
-        "tangent": (m, d - 1, d),
-        "u_t": (m, d - 1),
-        "sigma_t": (m, d - 1),
-    }
-    for name, values in contact.items():
-        wanted = shapes.get(name, (m,))
-        demand(
-            values.shape == wanted and m > 0,
-            f"{source}: contact/{name} has shape {values.shape}, not {wanted}",
-        )
-    demand_range(contact["nodes"], mesh.n_nodes, f"{source}: contact/nodes")
-    demand_range(contact["state"], 3, f"{source}: contact/state")
-    demand(bool(np.all(np.diff(contact["nodes"]) > 0)), f"{source}: contact/nodes is not in order")
-    are_parts = set(contact["part"].tolist()) <= set(mesh.part_names)
-    demand(are_parts, f"{source}: contact/part names parts that the mesh has not")
-
-
 def check_history(columns: Mapping[str, Any], source: str) -> None:
     """Refuse a history whose columns differ in length."""
     lengths = {len(values) for name, values in columns.items() if name != "exchanged"}
@@ -142,17 +120,21 @@ def read_table(text: Any, name: str, *, numbers: bool = False) -> dict[str, Any]
 
 
 def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: str) -> None:
-    """Refuse the fields of a contact pair that do not fit each other or the mesh of its secondary
-    side."""
+    """Refuse the nodal fields of a contact pair that do not fit each other or the mesh of its
+    secondary, and states that are none."""
+    m, d = len(nodes), mesh.components
+    shapes = {
+        **dict.fromkeys(("x", "normal"), (m, mesh.dim)),
+        "tangent": (m, d - 1, d),
+        **dict.fromkeys(("u_t", "sigma_t", "slip", "slip_increment"), (m, d - 1)),
+        "wear": (m, 2),
+    }
     demand_range(nodes, mesh.n_nodes, f"{name}/nodes")
+    demand_range(arrays["state"], 3, f"{name}/state")
     for key, values in arrays.items():
-        one_a_node = (
-            not isinstance(values, np.ndarray)
-            or key.startswith(("force", "moment"))
-            or len(values) == len(nodes)
-        )
+        fits = np.shape(values) == shapes.get(key, (m,))
+        of_nodes = isinstance(values, np.ndarray) and not key.startswith(("force", "moment"))
         demand(
-            one_a_node,
-            f"{name}/{key} has shape {np.shape(values)}, not one value for each of {len(nodes)} "
-            f"nodes",
+            fits or not of_nodes,
+            f"{name}/{key} has shape {np.shape(values)}, not {shapes.get(key, (m,))}",
         )

@@ -14,13 +14,13 @@ from ...contact.state import COLUMNS, History
 from ...errors import ResultError
 from ...geometry.rotation import moment
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.storage import read_mesh
+from ...mesh.storage import demand, read_mesh
 from ...model.base import parse
 from ...model.problem import ONE_BODY, Problem
 from ..data import SolutionData
 from ..records import BodyResult, ContactFields, PairResult, StepResult
 from ..report import Accuracy, Provenance, from_table
-from .checks import check_contact, check_fields, check_history, read_table
+from .checks import check_fields, check_history, check_pair, read_table
 
 
 def read_format1(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
@@ -39,7 +39,12 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
     contact = {key: stored[key][()] for key in ContactFields.__dataclass_fields__}
     contact["tangent"] = contact["tangent"].reshape(len(contact["x"]), -1, mesh.components)
     contact["part"] = np.array([name.decode() for name in contact["part"]])
-    check_contact(mesh, contact, source)
+    check_pair(mesh, contact["nodes"], contact, f"{source}: contact")
+    demand(bool(np.all(np.diff(contact["nodes"]) > 0)), f"{source}: contact/nodes is not in order")
+    demand(
+        set(contact["part"].tolist()) <= set(mesh.part_names),
+        f"{source}: contact/part names parts that the mesh has not",
+    )
     fields = {key: group[f"boundary/{key}"][()] for key in ("u", "traction")}
     check_fields(mesh, fields, source)
     rows = group["history"]
