@@ -107,7 +107,7 @@ def run_sweep(
         for line in remarks:
             say(line)
     path = place.logs / f"{name}-{world.Get_rank():05d}.log"
-    worker = _Worker(sweep, groups, costs, team, Log(path), identity, more)
+    worker = _Worker(sweep, groups, team, Log(path), identity, more)
     worker.work(
         make_parts(to_do, groups.of_case, costs, team.count),
         Counters(running),
@@ -212,13 +212,12 @@ class _Worker:
         self,
         sweep: Sweep,
         groups: Groups,
-        costs: list[Cost],
         team: Team,
         log: Log,
         identity: Identity,
         more: dict[str, Quantity],
     ) -> None:
-        self.sweep, self.groups, self.costs, self.team, self.log = sweep, groups, costs, team, log
+        self.sweep, self.groups, self.team, self.log = sweep, groups, team, log
         self.identity, self.more = identity, more
         self.timings: Any = Counter()
         self._group, self._reason = -1, ""
@@ -271,9 +270,6 @@ class _Worker:
     def _compute(self, place: int) -> None:
         """One case from its config to its record."""
         group = int(self.groups.of_case[place])
-        self.log.begin(
-            self.costs[group].case + (self.costs[group].prepare if group != self._group else 0.0)
-        )
         self._prepare(group, place)
         prepared, reason, case = self._prepared, self._reason, None
         solution: Solution | None = None

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -56,18 +55,6 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
 def _check_seal(path: Path) -> None:
     """Refuse a file whose bytes are not those that were written; one without a hash (older, or
     changed by h5py) passes."""
-    length = len(SEAL) + hashlib.sha256().digest_size
-    with open(path, "rb") as file:
-        size = file.seek(0, os.SEEK_END) - length
-        file.seek(max(size, 0))
-        tail = file.read()
-        cut = SEAL in tail[1:] or any(tail.endswith(SEAL[:k]) for k in range(4, len(SEAL)))
-        if not (cut or tail.startswith(SEAL)):
-            return
-        file.seek(0)
-        digest, left = hashlib.sha256(), size
-        while not cut and left > 0 and (block := file.read(min(left, 1 << 20))):
-            digest.update(block)
-            left -= len(block)
-    if cut or digest.digest() != tail[len(SEAL) :]:
+    image, seal, digest = path.read_bytes().rpartition(SEAL)
+    if seal and digest != hashlib.sha256(image).digest():
         raise ResultError(f"{path}: damaged (its bytes are not those that were written)")

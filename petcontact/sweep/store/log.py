@@ -26,7 +26,7 @@ Row = dict[str, Any]
 
 
 class Log:
-    """What one rank finishes in one run, on the disk at least once a second.
+    """What one rank finishes in one run, on the disk but for the last second of work.
 
     Parameters
     ----------
@@ -43,29 +43,17 @@ class Log:
         self.path, self.written = path, written
         self._waiting: list[bytes] = []
         self._failed = 0
-        self._oldest = self._began = time.monotonic()
-        self._pace, self._estimate = 0.0, 1.0
-
-    def begin(self, estimate: float) -> None:
-        """A case begins, with its estimated cost in any unit.
-
-        What waits is written first, if at the pace of the last case it might have to wait too long
-        for the end of this one.
-        """
-        now = time.monotonic()
-        if now - self._oldest + 2.0 * self._pace * estimate > LONGEST_WAIT:
-            self.flush()
-        self._began, self._estimate = now, estimate
+        self._oldest = self._last = time.monotonic()
 
     def add(self, row: Row, fields: bytes = b"") -> None:
-        """Append the row of a case that has ended."""
+        """Append the row of a case that has ended; it began when the one before ended."""
         now = time.monotonic()
-        self._pace = (now - self._began) / self._estimate
         with deferred():
             if not self._waiting:
-                self._oldest = self._began
+                self._oldest = self._last
             self._waiting.append(_record(row, fields))
             self._failed += row["status"] == "failed"
+        self._last = now
         if now - self._oldest > LONGEST_WAIT:
             self.flush()
 
