@@ -12,7 +12,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from .. import __version__
 from ..runtime.failures import guarded
@@ -55,11 +55,7 @@ class Paragraphs(argparse.HelpFormatter):
 
 
 class Parser(argparse.ArgumentParser):
-    """One-line errors, and the nearest valid option for an unknown one; no abbreviations, which
-    change as options do."""
-
-    def __init__(self, **keywords: Any) -> None:
-        super().__init__(**keywords, allow_abbrev=False)
+    """One-line errors, and the nearest valid option for an unknown one."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"petcontact: {message} (see {self.prog} --help)\n")
@@ -120,6 +116,7 @@ def build_parser() -> Parser:
     """The parser of all commands; their modules are imported only for the command that runs."""
     parser = Parser(
         prog="petcontact",
+        allow_abbrev=False,
         description="Boundary elements for frictional contact of elastic bodies, on PETSc.",
         epilog="Options with one dash and a longer name are PETSc's (-ksp_type gmres, "
         "-ksp_monitor, -log_view); -help "
@@ -155,7 +152,10 @@ def _command(arguments: Sequence[str]) -> int:
     folder = "reading." if name in READING else ""
     module = importlib.import_module(f".{folder}{name}", __package__)
     command = Parser(
-        prog=f"petcontact {name}", description=module.__doc__, formatter_class=Paragraphs
+        prog=f"petcontact {name}",
+        allow_abbrev=False,
+        description=module.__doc__,
+        formatter_class=Paragraphs,
     )
     module.add_arguments(command)
     return int(module.run(command.parse_all(ours[1:]), theirs))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Iterator
+from collections.abc import Container
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -139,24 +139,21 @@ def read_inp(path: str | Path) -> InpFile:
     return file
 
 
-def _keywords(path: str | Path) -> Iterator[Keyword]:
+def _keywords(path: str | Path) -> list[Keyword]:
     text = regular_file(path, LARGEST).read_text(encoding="utf-8", errors="replace")
-    now: Keyword | None = None
+    keywords: list[Keyword] = []
     for number, line in enumerate(text.splitlines(), 1):
         if line.startswith("**") or not line.strip():
             continue
         words = [word.strip() for word in line.strip().rstrip(",").split(",")]
-        if not line.lstrip().startswith("*"):
-            if now is not None:
-                now.rows.append(words)
-            continue
-        if now is not None:
-            yield now
-        pairs = (word.partition("=") for word in words[1:])
-        parameters = {key.strip().upper(): value.strip() for key, _, value in pairs}
-        now = Keyword(" ".join(words[0].lstrip("* ").upper().split()), parameters, [], number)
-    if now is not None:
-        yield now
+        if line.lstrip().startswith("*"):
+            pairs = (word.partition("=") for word in words[1:])
+            parameters = {key.strip().upper(): value.strip() for key, _, value in pairs}
+            name = " ".join(words[0].lstrip("* ").upper().split())
+            keywords.append(Keyword(name, parameters, [], number))
+        elif keywords:
+            keywords[-1].rows.append(words)
+    return keywords
 
 
 def _take(file: InpFile, keyword: Keyword) -> None:

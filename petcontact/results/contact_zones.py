@@ -20,14 +20,25 @@ from ..contact.friction_law import lengths, main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP, STICK
 from ..fields.boundary.places import sizes, spread_places
 from ..linalg.nearest import within
+from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.contact_edges import SPECK, Edge, edges
 from ..round_off import HALF
 from .records import PairResult
 
-ACROSS = 16
+MIDDLES = (np.arange(16) + 0.5) / 16
 """Places along each direction of an element at which is looked: an edge along a side of it is known
 to 1/32 of the element."""
+
+
+def between_nodes(
+    mesh: BoundaryMesh, elements: Index, along: Array, nodal: Array
+) -> tuple[Index, Array, Array]:
+    """Places that are spread over elements by those along each direction, (q,) elements and local
+    coordinates, and the values there (q,) of a function that has nodal values (n,)."""
+    places = spread_places(mesh, elements, along)
+    element, place = np.repeat(elements, places.shape[1]), places.reshape(-1, *places.shape[2:])
+    return element, place, mesh.basis_at(element, place) @ nodal
 
 
 def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -> list[Edge]:
@@ -160,9 +171,7 @@ def _pressed(mesh: Any, contact: _Contact) -> Array:
     np.minimum.at(least, mesh.element[nodes], np.where(pair.state != OPEN, pair.pressure, -np.inf))
     asked, share = np.flatnonzero(least[numbers] > 0.0), np.ones(len(numbers))
     if len(asked) and not np.any(pair.pressure < 0.0):
-        places = spread_places(mesh, numbers[asked], (np.arange(ACROSS) + 0.5) / ACROSS)
-        number = np.repeat(numbers[asked], places.shape[1])
-        values = mesh.basis_at(number, places.reshape(-1, *places.shape[2:])) @ whole
+        values = between_nodes(mesh, numbers[asked], MIDDLES, whole)[2]
         share[asked] = (values >= 0.0).reshape(len(asked), -1).mean(axis=1)
     return share
 
@@ -205,10 +214,8 @@ def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> tuple
     if len(mixed):
         values = np.zeros(mesh.n_nodes)
         values[contact.nodes] = _distance(contact, closed)
-        places = spread_places(mesh, numbers[mixed], (np.arange(ACROSS) + 0.5) / ACROSS)
-        count = places.shape[1]
-        basis = mesh.basis_at(np.repeat(numbers[mixed], count), places.reshape(-1, 2))
-        of_closed[mixed] = (basis @ values > 0.0).reshape(-1, count).mean(axis=1)
+        between = between_nodes(mesh, numbers[mixed], MIDDLES, values)[2]
+        of_closed[mixed] = (between > 0.0).reshape(len(mixed), -1).mean(axis=1)
     return np.asarray(of_closed * share_inside), at_edge
 
 

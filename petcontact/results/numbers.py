@@ -15,10 +15,9 @@ import numpy as np
 from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
-from ..fields.boundary.places import spread_places
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED, first_largest
-from .contact_zones import areas, hidden_slip
+from .contact_zones import areas, between_nodes, hidden_slip
 from .evaluated import Evaluated
 from .peaks import FINEST, QUANTITIES, stress_peaks
 from .records import PairResult, StepResult
@@ -336,10 +335,7 @@ def _between(
     mesh: BoundaryMesh, element: Index, whole: Array, across: int
 ) -> tuple[Array, tuple[float, Array, int]]:
     """Return the largest values on elements (k,), and the largest of all as `maximum` does."""
-    places = spread_places(mesh, element, np.linspace(0.0, 1.0, across))
-    number = np.repeat(element, places.shape[1])
-    at = places.reshape(-1, *places.shape[2:])
-    values = mesh.basis_at(number, at) @ whole
+    number, at, values = between_nodes(mesh, element, np.linspace(0.0, 1.0, across), whole)
     j = first_largest(values)
     place = mesh.at(number[j : j + 1], at[j : j + 1])[0][0]
     return values.reshape(len(element), -1).max(axis=1), (float(values[j]), place, int(number[j]))

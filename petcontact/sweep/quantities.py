@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 import math
+import pkgutil
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -190,18 +191,15 @@ def users(
     sys.path.insert(0, str(folder.resolve()))
     try:
         for name in names:
-            module, _, attribute = name.partition(":")
             try:
-                function = importlib.import_module(module)
-                for word in attribute.split("."):
-                    function = getattr(function, word)
+                function = pkgutil.resolve_name(name)
             except Exception as error:  # whatever a module of the user's raises
                 raise InputError(
                     f"quantities: {name}: cannot be imported ({type(error).__name__}: {error})"
                 ) from None
             if not callable(function):
                 raise InputError(f"quantities: {name}: not a function")
-            short = attribute.rsplit(".", 1)[-1]
+            short = re.split("[.:]", name)[-1]
             taken_by_own = is_column(short) and function not in (
                 peak_von_mises,
                 peak_first_principal,

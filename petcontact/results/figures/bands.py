@@ -35,12 +35,9 @@ def band_colours(values: Array, top: float | None = None) -> Any:
     return ScalarMappable(BoundaryNorm(levels, colormaps[name].N, clip=True), name)
 
 
-def beyond(values: Array, colours: Any) -> str:
-    """On which side values lie beyond the bands, as colour bars have it."""
-    low, high = (
-        np.nanmin(values, initial=np.inf) < colours.norm.vmin,
-        np.nanmax(values, initial=-np.inf) > colours.norm.vmax,
-    )
+def beyond(values: Array, least: float, most: float) -> str:
+    """On which side values lie beyond bounds, as colour bars have it."""
+    low, high = np.nanmin(values, initial=np.inf) < least, np.nanmax(values, initial=-np.inf) > most
     return "both" if low and high else "min" if low else "max" if high else "neither"
 
 

@@ -202,7 +202,11 @@ def _shade(
     axes.autoscale_view()
     axes.set_title(f"{along(solution, name)}: {what}", fontsize="small")
     axes.figure.colorbar(
-        colours, ax=axes, shrink=0.75, spacing="proportional", extend=beyond(between, colours)
+        colours,
+        ax=axes,
+        shrink=0.75,
+        spacing="proportional",
+        extend=beyond(between, colours.norm.vmin, colours.norm.vmax),
     )
 
 

@@ -24,6 +24,7 @@ from ..unbounded import Unbounded, unbounded_places
 from ..verdict.text import KEPT, place_of
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside, within
 from ..vtu.places import Places
+from .bands import beyond
 from .finite import away_from
 from .plane import draw_outlines, fit_height, place
 from .surface import sampled, shade_each
@@ -185,8 +186,8 @@ def _colour(
         colours = axes.tripcolor(*_drawn(picture, one).T, values[each], triangles=one.cells, **how)
     cross = {"color": "black", "ms": 5.0, "mew": 1.0, "label": "largest"}
     axes.plot(*_drawn(picture, field)[row], "x", **cross)
-    beyond = _beyond(every, -end if signed else -np.inf, end)
-    figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=beyond)
+    extend = beyond(every, -end if signed else -np.inf, end)
+    figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=extend)
     figure.supxlabel(textwrap.fill(plain(text + _without(solution, picture)), WIDE), fontsize=8.0)
 
 
@@ -233,14 +234,6 @@ def largest_known(
 def _drawn(picture: Picture, field: Field) -> Array:
     """Where the points of a field are drawn (m, 2)."""
     return np.asarray(field.x + picture.view.factor * field.u[:, : field.x.shape[1]])
-
-
-def _beyond(values: Array, low: float, high: float) -> str:
-    """At which ends of a colour bar there are values beyond it."""
-    below, above = bool((values < low).any()), bool((values > high).any())
-    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get(
-        (below, above), "neither"
-    )
 
 
 def _places(solution: SolutionData, picture: Picture, body: str) -> list[Unbounded]:

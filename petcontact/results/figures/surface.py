@@ -173,7 +173,11 @@ def shade(
         axes.set_title(f"{plain(name)}, its contact in view{below}", fontsize="small")
     place = {"ax": every[0], **COLOUR_BAR} if bar is None else {"cax": bar}
     every[0].figure.colorbar(
-        colours, label=what, spacing="proportional", extend=beyond(values, colours), **place
+        colours,
+        label=what,
+        spacing="proportional",
+        extend=beyond(values, colours.norm.vmin, colours.norm.vmax),
+        **place,
     )
     return "\n".join(filter(None, (headed_end(solution), text)))
 

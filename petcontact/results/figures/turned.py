@@ -44,7 +44,13 @@ def draw_turned(figure: Any, solution: SolutionData, view: View, degrees: float)
     moved = draw_bodies(axes, solution, bodies, view.factor, colours, eye)
     fit_axes(axes, solution, moved.min(axis=0), moved.max(axis=0))
     what = label("von Mises stress", solution.problem.units.stress)
-    figure.colorbar(colours, ax=axes, label=what, extend=beyond(values, colours), **COLOUR_BAR)
+    figure.colorbar(
+        colours,
+        ax=axes,
+        label=what,
+        extend=beyond(values, colours.norm.vmin, colours.norm.vmax),
+        **COLOUR_BAR,
+    )
     title = "\n".join(filter(None, (headed_end(solution), view.text)))
     figure.suptitle(title, fontsize="medium")
 
