@@ -14,7 +14,13 @@ import numpy as np
 from ...mesh.storage import demand
 from ..numbers import Number
 
-KINDS = {"str": str, "int": int, "float": float, "Array": list, "Array | None": list}
+KINDS: dict[str, Any] = {
+    "str": str,
+    "int": int,
+    "float": (int, float),
+    "Array": list,
+    "Array | None": list,
+}
 """What JSON has for the fields of a number, by their annotations; null where there is none."""
 
 
@@ -44,18 +50,14 @@ def read_numbers(group: Any, source: str) -> tuple[Number, ...] | None:
 
 
 def _number(row: Any, source: str) -> Number:
-    values: dict[str, Any] = {}
+    values: dict[str, Any] = {each.name: row[each.name] for each in fields(Number)}
     for each in fields(Number):
-        value, kind = row[each.name], KINDS[str(each.type)]
-        good = value is None or isinstance(value, (int, float) if kind is float else kind)
-        demand(good and not isinstance(value, bool), f"{source}: numbers: {each.name} is {value!r}")
-        values[each.name] = value
-    known = ("value", "place")
-    values |= {
-        key: None if values[key] is None else np.array(values[key], dtype=float) for key in known
-    }
-    values["error"] = np.nan if values["error"] is None else float(values["error"])
-    if not row["bounded"]:
-        values["error"] = np.inf
+        value, kinds = values[each.name], KINDS[str(each.type)]
+        good = value is None or (isinstance(value, kinds) and not isinstance(value, bool))
+        demand(good, f"{source}: numbers: {each.name} is {value!r}")
     demand(values["value"] is not None, f"{source}: numbers: a value is missing")
+    unknown = np.nan if row["bounded"] else np.inf
+    values["error"] = unknown if values["error"] is None else float(values["error"])
+    values["value"] = np.array(values["value"], dtype=float)
+    values["place"] = None if row["place"] is None else np.array(row["place"], dtype=float)
     return Number(**values)
