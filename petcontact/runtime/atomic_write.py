@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
+import secrets
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -82,31 +83,21 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
         If the file cannot be written, or is kept under another name.
     """
     target = Path(os.path.realpath(path))
-    temporary: Path | None = None
+    # short: the name of the file itself may be as long as any may
+    temporary = target.with_name(f".petcontact-{secrets.token_hex(8)}.tmp")
     try:
         with deferred():
-            # short: the name of the file itself may be as long as any may
-            descriptor, name = tempfile.mkstemp(
-                prefix=".petcontact-", suffix=".tmp", dir=target.parent
-            )
-            os.close(descriptor)
-            temporary = Path(name)
+            temporary.touch(exist_ok=False)
             yield temporary
             _sync(temporary)
-            os.chmod(temporary, 0o666 & ~_umask())
-            if replace:
-                os.replace(temporary, target)
-                temporary, published = None, target
-            else:
-                published = _published(temporary, target)
+            published = _published(temporary, target, replace)
             _sync(target.parent)
     except (OSError, RuntimeError) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())
         raise OutputError(f"{path}: cannot be written ({reason})") from error
     finally:
-        if temporary is not None:
-            with contextlib.suppress(OSError):
-                temporary.unlink()
+        with contextlib.suppress(OSError):  # after the renaming it is not there
+            temporary.unlink()
     if published != target:
         raise OutputError(
             f"{path}: was written by another program meanwhile; what would have replaced it is in "
@@ -114,9 +105,11 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
         )
 
 
-def _published(temporary: Path, target: Path) -> Path:
-    """The name, `target` or the first free one like it, under which a file appears without
-    replacing any."""
+def _published(temporary: Path, target: Path, replace: bool) -> Path:
+    """The name under which a file appears: `target`, or where it may not replace any, the first
+    free one like it."""
+    if replace:
+        return temporary.replace(target)
     stem, suffix = os.fsencode(target.stem)[:200].decode(errors="ignore"), target.suffix
     for name in itertools.chain(
         [target], (target.with_name(f"{stem}-{k}{suffix}") for k in itertools.count(2))
@@ -131,12 +124,6 @@ def _published(temporary: Path, target: Path) -> Path:
                 os.replace(temporary, name)
             return name
     raise AssertionError  # numbers do not end
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def _sync(path: Path) -> None:
