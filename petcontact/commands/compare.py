@@ -8,14 +8,13 @@ and the limit of iterations are those of each config.
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from .options import option, options, real
+from .options import option, options, positives
 
 add_arguments = options(
     option("config", metavar="CONFIG.toml", nargs="+", help="the problems"),
@@ -26,11 +25,16 @@ add_arguments = options(
         help="names separated by commas (default: all that take the problem)",
     ),
     option(
-        "--rho", metavar="VALUES", help="values of rho_0 separated by commas (default: 1 to 1e7)"
+        "--rho",
+        metavar="VALUES",
+        type=positives,
+        help="values of rho_0 separated by commas (default: 1 to 1e7)",
     ),
     option(
         "--element-size",
         metavar="VALUES",
+        type=positives,
+        default=[],
         help="values of h separated by commas (default: the config's)",
     ),
     option("--reference", metavar="RESULT.h5", help="measure errors against this result"),
@@ -54,7 +58,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             raise InputError(
                 f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}"
             )
-    rhos = _numbers(arguments.rho, "--rho") or list(RHOS)
     comm = world(petsc_words)
     cases = list(_cases(arguments))
     first = comm.getRank() == 0
@@ -66,7 +69,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     with unused_reported(first):
         rows = compare(
-            cases, contenders=names, rhos=rhos, reference=arguments.reference, comm=comm, say=say
+            cases,
+            contenders=names,
+            rhos=arguments.rho or RHOS,
+            reference=arguments.reference,
+            comm=comm,
+            say=say,
         )
     if first:
         status.close()
@@ -85,19 +93,9 @@ def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Any]]:
     """Each config with each element size that is asked for, and its label."""
     from ..model import case as config
 
-    sizes = _numbers(arguments.element_size, "--element-size")
     for path in arguments.config:
         name = Path(path).stem
-        if not sizes:
+        if not arguments.element_size:
             yield name, config.load(path)
-        for size in sizes:
+        for size in arguments.element_size:
             yield f"{name}, h = {size:g}", config.load(path, {"mesh.element_size": size})
-
-
-def _numbers(text: str | None, name: str) -> list[float]:
-    values = [real(word) for word in text.split(",")] if text else []
-    if any(map(math.isnan, values)):
-        raise InputError(f"{name} {text}: expected numbers separated by commas")
-    if any(not 0.0 < value < float("inf") for value in values):
-        raise InputError(f"{name} {text}: numbers must be positive")
-    return values

@@ -13,13 +13,14 @@ import argparse
 from pathlib import Path
 
 from ..errors import InputError
-from .options import option, options, real
+from .options import option, options, positive
 
 add_arguments = options(
     option("file", metavar="PART.step", help="a CAD file: .step, .stp, .iges, .igs or .brep"),
     option(
         "--size",
         metavar="S",
+        type=positive,
         help="of the cells [length] (default: a twelfth of the body's diagonal)",
     ),
     option(
@@ -51,10 +52,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     if not is_cad(arguments.file):
         raise InputError(f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep")
-    size = None if arguments.size is None else real(arguments.size)
     target = arguments.output and Path(arguments.output)
-    if size is not None and not 0.0 < size < float("inf"):
-        raise InputError(f"--size {arguments.size}: must be a positive number")
     if target and target.suffix.lower() != ".msh":
         raise InputError(f"{target}: a mesh is written as .msh")
     if target:
@@ -69,7 +67,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         with temporary_name(target) as temporary:
             made = temporary.with_suffix(".msh")  # by which Gmsh knows the format
             try:
-                surface.write_msh(made, size, arguments.order)
+                surface.write_msh(made, arguments.size, arguments.order)
                 made.replace(temporary)
             finally:
                 made.unlink(missing_ok=True)

@@ -7,6 +7,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from ..errors import InputError
+
 Adder = Callable[[argparse.ArgumentParser], object]
 
 
@@ -52,3 +54,32 @@ def real(word: str) -> float:
         return float(word)
     except ValueError:
         return math.nan
+
+
+def positive(word: str) -> float:
+    """Return a positive number from its text, as `type` of an option."""
+    if not 0.0 < (value := real(word)) < math.inf:
+        raise argparse.ArgumentTypeError(f"{word!r} is no positive number")
+    return value
+
+
+def positives(words: str) -> list[float]:
+    """Return positive numbers that are separated by commas, as `type` of an option."""
+    return [positive(word) for word in words.split(",")]
+
+
+def increment(word: str, count: int, last: int) -> int:
+    """Return the number of the increment that --step names.
+
+    Parameters
+    ----------
+    word : str
+        A number from 1 to `count`, or `last`.
+    count, last : int
+        Increments, and the number of the last solution, 0 where there is none.
+    """
+    if word == "last" and last:
+        return last
+    if not (word.isascii() and word.isdigit() and 1 <= int(word) <= count):
+        raise InputError(f"--step {word}: there are increments 1 to {count}, and `last`")
+    return int(word)

@@ -165,8 +165,9 @@ def _work(solution: SolutionData) -> float:
 def _check(parameter: str, depth: float, sensitivity: float | None) -> None:
     """Whether there is such a parameter, and it has what is given."""
     demand_name("parameter: no", parameter, NAMES)
-    if not (np.isfinite(depth) and depth >= 0.0):
-        raise InputError(f"depth: must be 0 or more, got {depth:g}")
+    for name, value in (("depth", depth), ("sensitivity", sensitivity or 0.0)):
+        if not 0.0 <= value < np.inf:
+            raise InputError(f"{name}: must be 0 or more, got {value:g}")
     if depth and parameter in RUIZ:
         raise InputError(
             f"depth: {parameter} is of slip and shear on the surface, below it there is none"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from examples import example
 
 from petcontact import Contact, InputError, MeshOptions
-from petcontact.commands.compare import _numbers
+from petcontact.commands.options import positives
 from petcontact.compare.run import CONTENDERS, compare
 
 ROOT = Path(__file__).parents[2]
@@ -53,7 +54,7 @@ def test_command(tmp_path):
 
 
 def test_numbers():
-    assert _numbers("1,1e3", "--rho") == [1.0, 1e3] and _numbers(None, "--rho") == []
+    assert positives("1,1e3") == [1.0, 1e3]
     for text in ("a", "1,,2", "-1", "inf", "nan"):
-        with pytest.raises(InputError, match="--rho"):
-            _numbers(text, "--rho")
+        with pytest.raises(argparse.ArgumentTypeError, match="no positive number"):
+            positives(text)

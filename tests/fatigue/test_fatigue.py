@@ -99,7 +99,7 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
         (["--parameter", "findly"], "no 'findly', did you mean 'findley'?"),
         (["--parameter", "findley"], "findley needs it"),
         (["--sensitivity", "0.3"], "smith-watson-topper has none"),
-        (["--depth", "-1"], "--depth -1: must be a number, 0 or more"),
+        (["--depth", "-1"], "depth: must be 0 or more, got -1"),
         (["--part", "w"], "no part 'w'; parts are bottom, right, top, left\n"),
         (
             ["--parameter", "ruiz-1", "--depth", "0.5"],

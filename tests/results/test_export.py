@@ -112,7 +112,7 @@ def test_one_table_of_one_increment_goes_into_the_file_that_is_named(plane, tmp_
         ("--csv x --table pair", "no table 'pair'"),
         ("--csv x.csv --table pairs --table history", "holds one table"),
         ("--csv x --step 9", "there are increments 1 to 3"),
-        ("--csv x --step end", "--step end: must be a number from 1 to 3"),
+        ("--csv x --step end", "--step end: there are increments 1 to 3, and `last`"),
         ("--vtkhdf x.vtu", "must end in .vtkhdf"),
     ):
         assert main(f"export {path} {given}".split()) == 2

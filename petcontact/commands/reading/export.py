@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ..options import CASE, RESULT, option, options
+from ..options import CASE, RESULT, increment, option, options
 
 add_arguments = options(
     RESULT,
@@ -88,9 +88,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if arguments.csv:
         from ...results.tables import write_tables
 
-        for path in write_tables(
-            solution, arguments.csv, arguments.table, _steps(arguments.step, solution)
-        ):
+        count, last = len(solution.tried), solution.tried.index(solution.last) + 1
+        steps = [] if arguments.step is None else [increment(arguments.step, count, last)]
+        for path in write_tables(solution, arguments.csv, arguments.table, steps):
             print(path)
     if arguments.vtkhdf:
         _fields(arguments, solution)
@@ -109,19 +109,6 @@ def _superelement(arguments: argparse.Namespace, solution: Any, petsc_words: lis
     if comm.getRank() == 0:
         body.save(arguments.superelement)
         print(f"{arguments.superelement}: body {body.name}, {len(body.x)} nodes")
-
-
-def _steps(word: str | None, solution: Any) -> list[int]:
-    """The increments that --step names; none means all."""
-    if word is None:
-        return []
-    if word == "last":
-        return [solution.tried.index(solution.last) + 1]
-    if not (word.isascii() and word.isdigit()):
-        raise InputError(
-            f"--step {word}: must be a number from 1 to {len(solution.tried)}, or last"
-        )
-    return [int(word)]
 
 
 def _fields(arguments: argparse.Namespace, solution: Any) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...arrays import shown
 from ...errors import InputError
-from ..options import BODY, CASE, RESULT, option, options, real
+from ..options import BODY, CASE, RESULT, option, options, positive, real
 
 add_arguments = options(
     RESULT,
@@ -34,12 +34,22 @@ add_arguments = options(
         "--last", metavar="STEP", help="name of the step that it ends with (default: [cycle]'s)"
     ),
     option(
-        "--depth", metavar="LENGTH", default="0", help="how far below the surface, too (default: 0)"
+        "--depth",
+        metavar="LENGTH",
+        type=float,
+        default=0.0,
+        help="how far below the surface, too (default: 0)",
     ),
-    option("--sensitivity", metavar="NUMBER", help="k of findley, alpha of crossland and dang-van"),
+    option(
+        "--sensitivity",
+        metavar="NUMBER",
+        type=float,
+        help="k of findley, alpha of crossland and dang-van",
+    ),
     option(
         "--limit",
         metavar="STRESS",
+        type=positive,
         help="what the parameter may be: the largest value is given over it",
     ),
     option(
@@ -70,9 +80,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...runtime.figure_style import figure_format
     from ...sweep.store.case_table import read_case
 
-    depth, sensitivity, limit = (
-        _number(arguments, key) for key in ("depth", "sensitivity", "limit")
-    )
     life = _life(arguments.life, arguments.parameter) if arguments.life else None
     if arguments.output and Path(arguments.output).suffix.lower() != ".csv":
         raise InputError(f"{arguments.output}: a table is written as .csv")
@@ -86,8 +93,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         arguments.parameter,
         first=arguments.first,
         last=arguments.last,
-        depth=depth or 0.0,
-        sensitivity=sensitivity,
+        depth=arguments.depth,
+        sensitivity=arguments.sensitivity,
         bodies=arguments.body,
         parts=arguments.part,
     )
@@ -95,8 +102,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     _print_largest(result)
     worst, k = result.largest
     value, body = float(worst.value[k]), worst.sites.body
-    if limit is not None:
-        print(f"  over the limit {limit:g}: {value / limit:.4g}")
+    if arguments.limit is not None:
+        print(f"  over the limit {arguments.limit:g}: {value / arguments.limit:.4g}")
     if life is not None:
         material = next(member.material for member in solution.problem.body if member.name == body)
         print(_cycles(value, result.error, material.young_modulus, life))
@@ -133,16 +140,6 @@ def _cycles(value: float, error: float, modulus: float, life: tuple[float, ...])
     count, least, most = (cycles_to_failure(damage, modulus, life) for damage in damages)
     interval = "" if math.isnan(error) else f" ({least:.2g} to {most:.2g})"
     return f"  cycles to failure: {count:.4g}{interval}"
-
-
-def _number(arguments: argparse.Namespace, key: str) -> float | None:
-    text = getattr(arguments, key)
-    value = None if text is None else real(text)
-    least = "positive" if key == "limit" else "0 or more"
-    bad = value is not None and not (0.0 <= value < math.inf and (value or key != "limit"))
-    if bad:
-        raise InputError(f"--{key} {text}: must be a number, {least}")
-    return value
 
 
 def _life(text: str, parameter: str) -> tuple[float, ...]:

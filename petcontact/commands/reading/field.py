@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ..options import BODY, CASE, RESULT, option, options, real
+from ..options import BODY, CASE, RESULT, increment, option, options, real
 
 add_arguments = options(
     RESULT,
@@ -92,7 +92,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     _check_targets(arguments, output)
     solution = read_case(arguments.result, arguments.case)
     if arguments.step is not None:
-        solution = solution.until(increment_number(arguments.step, solution))
+        count = len(solution.steps)
+        solution = solution.until(increment(arguments.step, count, count))
     check_revolved(list(solution.meshes.values()), arguments.revolve)
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
@@ -281,16 +282,6 @@ def window(words: list[str]) -> Any:
             f"as 0 0 2 1"
         )
     return low, high
-
-
-def increment_number(word: str, solution: Any) -> int:
-    """The number of the increment that --step names."""
-    count = len(solution.steps)
-    if word == "last" and count:
-        return count
-    if not (word.isascii() and word.isdigit() and 1 <= int(word) <= count):
-        raise InputError(f"--step {word}: there are increments 1 to {count}, and `last`")
-    return int(word)
 
 
 def grid(text: str | None, turned: bool = False) -> tuple[int, ...] | None:
