@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
@@ -65,12 +64,6 @@ def make_axes(
         Axis(some, list(zip(*table.values(), strict=True)), _entries(some, names, table, word))
         for some, (table, word) in zip(keys, worded, strict=True)
     ]
-    for axis in axes:
-        if twice := [word for word, count in Counter(axis.words).items() if count > 1]:
-            raise InputError(
-                f"{source}: {', '.join(axis.keys)}: two cases have the id ...{twice[0]}: is a "
-                f"value listed twice?"
-            )
     return axes, names
 
 

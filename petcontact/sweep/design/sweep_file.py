@@ -18,6 +18,8 @@ LARGEST_POINTS = 200_000_000
 """Bytes of a file of points."""
 Count = Annotated[int, pydantic.Field(ge=1, le=LARGEST_SWEEP)]
 Keep = Literal["scalars", "contact", "all"]
+Function = Annotated[str, pydantic.Field(pattern=r"^[^\W\d][\w.]*:[^\W\d][\w.]*$")]
+"""Of Python: "module:function"."""
 
 
 class Sample(Model):
@@ -106,7 +108,7 @@ class SweepFile(Model):
         pydantic.Field(default={})
     )
     keep: Keep | None = None
-    quantities: tuple[str, ...] = ()
+    quantities: tuple[Function, ...] = ()
     von_mises: tuple[tuple[Coordinate, ...], ...] = ()
 
     @pydantic.field_validator("variant")
@@ -126,17 +128,6 @@ class SweepFile(Model):
         if len(set(lengths.values())) > 1:
             raise InputError(f"lists that are walked together need one length, got {lengths}")
         return lists
-
-    @pydantic.field_validator("quantities")
-    @classmethod
-    def _importable(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        for name in names:
-            if (
-                not all(part.isidentifier() for word in name.split(":") for part in word.split("."))
-                or name.count(":") != 1
-            ):
-                raise InputError(f"must be 'module:function', got {name!r}")
-        return names
 
 
 def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[str, Any]]]:

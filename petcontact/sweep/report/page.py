@@ -50,7 +50,7 @@ def html(
     drawn = [(plot.caption, EMBEDDED + png(draw, table, plot)) for plot in plots]
     pictures = [("Plots", drawn)] if plots else []
     for place in representatives(table):
-        if (solution := table.solution(place)) is not None:
+        if isinstance(solution := table.kept(place), Solution):
             pictures.append((table.values("id")[place], _figures(solution)))
     return environment.get_template("report.html").render(
         title=table.title or "Sweep",

@@ -121,11 +121,6 @@ class CaseTable:
             )
         return unpacked(content, record.row["keep"])
 
-    def solution(self, case: int) -> Solution | None:
-        """The whole result of a case by its place in the table; None where it is not kept."""
-        outcome = self.kept(case)
-        return None if isinstance(outcome, dict) else outcome
-
 
 def plain(values: Column) -> list[Any]:
     """A column as Python's values; whole numbers are int where all are (NaN is None)."""

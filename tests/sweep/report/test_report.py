@@ -139,7 +139,7 @@ def test_cells():
 def test_what_is_no_sweep_is_refused(tmp_path, name, swept):
     (tmp_path / "empty").mkdir()
     (tmp_path / "results.h5").write_text("x")
-    write_solution(tmp_path / "case.h5", read_case_table(swept).solution(0))
+    write_solution(tmp_path / "case.h5", read_case_table(swept).kept(0))
     with pytest.raises(ResultError) as caught:
         read_case_table(tmp_path / name)
     assert "\n" not in str(caught.value)
