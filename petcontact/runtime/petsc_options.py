@@ -190,30 +190,18 @@ def _refused(name: str, value: str, where: str = "a config") -> str:
 
 def _too_large(name: str, value: str) -> str:
     """Why the number of an option cannot be served."""
-    if not name.endswith("_restart"):
-        return ""
-    try:
-        number = int(value)
-    except ValueError:
-        return ""
-    return (
-        ""
-        if number <= LARGEST_RESTART
-        else f"must be at most {LARGEST_RESTART}: the restart's square is kept in memory"
-    )
+    number = value.removeprefix("+")
+    if name.endswith("_restart") and number.isdecimal() and int(number) > LARGEST_RESTART:
+        return f"must be at most {LARGEST_RESTART}: the restart's square is kept in memory"
+    return ""
 
 
 def files_first(words: Sequence[str]) -> list[str]:
     """PETSc lets the last word win: with its files first, the command line has precedence over them
-    in any order."""
-    files: list[str] = []
-    others: list[str] = []
-    ahead = iter(words)
-    for word in ahead:
-        if word == "-options_file":
-            files += [word, next(ahead, "")]
-        else:
-            others.append(word)
+    wherever it names them."""
+    named = [k for k, word in enumerate(words) if word == "-options_file"]
+    files = [word for k in named for word in words[k : k + 2]]
+    others = [word for k, word in enumerate(words) if not {k, k - 1} & {*named}]
     return files + others
 
 
