@@ -13,7 +13,7 @@ import argparse
 from pathlib import Path
 
 from ..errors import InputError
-from .options import option, options, positive
+from .options import check_output, option, options, positive
 
 add_arguments = options(
     option("file", metavar="PART.step", help="a CAD file: .step, .stp, .iges, .igs or .brep"),
@@ -47,16 +47,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """List the surfaces, or write the mesh; needs no PETSc."""
     from ..geometry.cad.part import CadSurface, is_cad
     from ..model.shapes.files import Gmsh
-    from ..runtime.atomic_write import check_target, temporary_name
+    from ..runtime.atomic_write import temporary_name
     from ..runtime.text_table import aligned
 
     if not is_cad(arguments.file):
         raise InputError(f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep")
     target = arguments.output and Path(arguments.output)
-    if target and target.suffix.lower() != ".msh":
-        raise InputError(f"{target}: a mesh is written as .msh")
     if target:
-        check_target(target, replace=True, inputs=[arguments.file])
+        check_output(target, (".msh",), "a mesh is written as .msh", [arguments.file])
     solid = (
         int(arguments.solid) if arguments.solid and arguments.solid.isdecimal() else arguments.solid
     )

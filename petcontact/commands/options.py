@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..runtime.atomic_write import check_target
+from ..runtime.figure_style import FORMATS
 
 Adder = Callable[[argparse.ArgumentParser], object]
 
@@ -36,6 +39,9 @@ RESULT = option("result", metavar="RESULT.h5", help="a result file")
 BODY = option("--body", metavar="NAME", action="append", help="only this body; may be repeated")
 CASE = option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 """Options that several of the commands share which read results."""
+TABLE = (".csv",), "a table is written as .csv"
+FIGURE = [f".{kind}" for kind in FORMATS], "a figure is .png, .pdf or .svg"
+"""Suffixes of files that commands write, and what is said of another one."""
 
 
 def options(*table: Adder) -> Callable[[argparse.ArgumentParser], None]:
@@ -83,3 +89,24 @@ def increment(word: str, count: int, last: int) -> int:
     if not (word.isascii() and word.isdigit() and 1 <= int(word) <= count):
         raise InputError(f"--step {word}: there are increments 1 to {count}, and `last`")
     return int(word)
+
+
+def check_output(
+    path: str | Path, suffixes: Sequence[str], text: str, inputs: Sequence[str | Path] = ()
+) -> None:
+    """Refuse, before any work is done, a file that is to be written and has the suffix of something
+    else, or cannot be written.
+
+    Parameters
+    ----------
+    path : str or Path
+    suffixes : sequence of str
+        In small letters.
+    text : str
+        What is said of another suffix.
+    inputs : sequence of str or Path
+        Files that are read.
+    """
+    if Path(path).suffix.lower() not in suffixes:
+        raise InputError(f"{path}: {text}")
+    check_target(Path(path), replace=True, inputs=inputs)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ..options import CASE, RESULT, increment, option, options
+from ..options import CASE, RESULT, check_output, increment, option, options
 
 add_arguments = options(
     RESULT,
@@ -74,11 +74,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         if getattr(arguments, key) and not getattr(arguments, of):
             raise InputError(f"--{key}: is of --{of}, which is not given")
     if arguments.vtkhdf:
-        if Path(arguments.vtkhdf).suffix.lower() != ".vtkhdf":
-            raise InputError(
-                f"{arguments.vtkhdf}: must end in .vtkhdf, by which ParaView recognises the format"
-            )
-        check_target(Path(arguments.vtkhdf), replace=True, inputs=[arguments.result])
+        kind = (".vtkhdf",), "must end in .vtkhdf, by which ParaView recognises the format"
+        check_output(arguments.vtkhdf, *kind, [arguments.result])
     if arguments.superelement:
         from ...pipeline.superelement import superelement_format
 

@@ -8,14 +8,24 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...arrays import shown
 from ...errors import InputError
-from ..options import BODY, CASE, RESULT, option, options, positive, real
+from ..options import (
+    BODY,
+    CASE,
+    FIGURE,
+    RESULT,
+    TABLE,
+    check_output,
+    option,
+    options,
+    positive,
+    real,
+)
 
 add_arguments = options(
     RESULT,
@@ -76,17 +86,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...fatigue.evaluate import fatigue, table
     from ...fatigue.figure import fatigue_figure
     from ...results.tables import csv_text
-    from ...runtime.atomic_write import check_target, write_text
-    from ...runtime.figure_style import figure_format
+    from ...runtime.atomic_write import write_text
     from ...sweep.store.case_table import read_case
 
     life = _life(arguments.life, arguments.parameter) if arguments.life else None
-    if arguments.output and Path(arguments.output).suffix.lower() != ".csv":
-        raise InputError(f"{arguments.output}: a table is written as .csv")
+    if arguments.output:
+        check_output(arguments.output, *TABLE, [arguments.result])
     if arguments.figure:
-        figure_format(arguments.figure)
-    for name in filter(None, (arguments.output, arguments.figure)):
-        check_target(Path(name), replace=True, inputs=[arguments.result])
+        check_output(arguments.figure, *FIGURE, [arguments.result])
     solution = read_case(arguments.result, arguments.case)
     result = fatigue(
         solution,

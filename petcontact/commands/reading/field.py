@@ -18,7 +18,18 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ..options import BODY, CASE, RESULT, increment, option, options, real
+from ..options import (
+    BODY,
+    CASE,
+    FIGURE,
+    RESULT,
+    TABLE,
+    check_output,
+    increment,
+    option,
+    options,
+    real,
+)
 
 add_arguments = options(
     RESULT,
@@ -139,19 +150,13 @@ def _check_figure(arguments: argparse.Namespace) -> None:
 
 def _check_targets(arguments: argparse.Namespace, output: Path) -> None:
     """Refuse files that could not be written, or have the suffix of something else."""
-    from ...runtime.atomic_write import check_target
-    from ...runtime.figure_style import figure_format
-
-    if arguments.points and output.suffix.lower() != ".csv":
-        raise InputError(f"{output}: a table is written as .csv")
-    for name in ("" if arguments.points else output, arguments.boundary):
-        if name and Path(name).suffix.lower() != ".vtu":
-            raise InputError(f"{name}: a field is written as .vtu, for ParaView and VisIt")
-    if arguments.figure:
-        figure_format(arguments.figure)
     inputs = list(filter(None, (arguments.result, arguments.points)))
-    for name in filter(None, (output, arguments.boundary, arguments.figure)):
-        check_target(Path(name), replace=True, inputs=inputs)
+    field = (".vtu",), "a field is written as .vtu, for ParaView and VisIt"
+    check_output(output, *(TABLE if arguments.points else field), inputs)
+    if arguments.boundary:
+        check_output(arguments.boundary, *field, inputs)
+    if arguments.figure:
+        check_output(arguments.figure, *FIGURE, inputs)
 
 
 def _write_boundaries(solution: Any, arguments: argparse.Namespace) -> None:
