@@ -55,6 +55,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             "init: --kind is a starter's, --from takes the problem from a file; give one of them"
         )
     target = Path(arguments.name.removesuffix(".toml"))
+    if not target.name:
+        raise InputError("init: a name is needed, for example petcontact init block")
     contents = (
         starter(arguments.kind or "block", target.name)
         if arguments.source is None
@@ -80,10 +82,6 @@ def _converted(source: str, target: Path) -> dict[str, str]:
     from ..model.case import parse_problem, parse_toml
     from .schema import schema_text
 
-    if not target.name:
-        raise InputError(
-            "init: a name is needed, for example petcontact init block --from part.inp"
-        )
     if Path(source).suffix.lower() != ".inp":
         raise InputError(f"--from {source}: a file of Abaqus or CalculiX ends in .inp")
     config = convert_inp(source, target.name)
@@ -98,17 +96,9 @@ def _converted(source: str, target: Path) -> dict[str, str]:
 
 
 def starter(kind: str, name: str) -> dict[str, str]:
-    """File names and contents of a starter.
-
-    Raises
-    ------
-    InputError
-        If the name is empty.
-    """
+    """File names and contents of a starter."""
     from .schema import schema_text
 
-    if not name:
-        raise InputError("init: a name is needed, for example petcontact init block")
     result = {
         f"{name}.toml": _read(f"{kind}.toml", name),
         "petcontact.schema.json": schema_text("problem"),

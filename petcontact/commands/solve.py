@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import difflib
+import functools
 import math
 import os
 import re
@@ -87,8 +88,8 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
     first = comm.getRank() == 0
     case = config.load(arguments.config, overrides(arguments.set))
     output, pictures = _targets(arguments, case)
-    adaptive = wants_adaptive(arguments, case)
-    from ..pipeline.solve import adapts_itself
+    way = solver(arguments, case)
+    from ..pipeline.solve import adapts_itself, solve
     from ..results.hdf5 import write_solution
 
     status, tolerance = StatusLine(first and sys.stderr.isatty(), first), case.method.tolerance
@@ -102,9 +103,9 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
             return stop.reason
 
         with contextlib.closing(status), in_file(arguments.config):
-            many = adaptive or adapts_itself(case)
-            shown = {"announce": announcer(status, many), "reached": meshes} if first else {}
-            solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
+            announce = announcer(status, way is not solve or adapts_itself(case))
+            shown: dict[str, Any] = {"announce": announce, "reached": meshes}
+            solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
             solution = replace(solution, written=() if interrupted else written_numbers(solution))
@@ -175,8 +176,12 @@ def saved_text(solution: Any, output: Path) -> str:
     return f"{subject} is saved in {output}{begin}"
 
 
-def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
-    """Whether the command line asks for an adaptive solve; the config may, too."""
+def solver(arguments: argparse.Namespace, problem: Any) -> Callable[..., Any]:
+    """What solves: `adapt` where the command line asks for an adaptive solve, else `solve`, which
+    adapts where the config asks for it."""
+    from ..pipeline.adapt.loop import adapt
+    from ..pipeline.solve import solve
+
     accuracy = arguments.accuracy
     if accuracy is not None and not (
         arguments.adapt or all(body.mesh.automatic for body in problem.body)
@@ -184,26 +189,8 @@ def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
         raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
     if accuracy is not None and not 0.0 < accuracy < 1.0:
         raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
-    return bool(arguments.adapt) or accuracy is not None
-
-
-def solved(
-    problem: Any,
-    adaptive: bool,
-    accuracy: float | None,
-    comm: Any,
-    monitor: Callable[[Any], str | None],
-    **shown: Any,
-) -> Any:
-    """The solution on the mesh of the config, or on adaptive ones where that is wanted or the mesh
-    is left open."""
-    if adaptive:
-        from ..pipeline.adapt.loop import adapt
-
-        return adapt(problem, accuracy, comm=comm, monitor=monitor, **shown)
-    from ..pipeline.solve import solve
-
-    return solve(problem, comm=comm, monitor=monitor, **shown)
+    adaptive = arguments.adapt or accuracy is not None
+    return functools.partial(adapt, accuracy=accuracy) if adaptive else solve
 
 
 def announcer(

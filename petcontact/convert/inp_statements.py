@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import copy
+import functools
 import itertools
 import math
 import operator
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -134,7 +135,9 @@ class Statements:
                         states.append(copy.deepcopy(states[-1]))
                     self.forces.append({})
                 self.steps.append(keyword.parameters.get("NAME", f"step{len(self.steps) + 1}"))
-            elif not self._take(keyword) and keyword.name not in SILENT:
+            elif read := self._readers.get(keyword.name):
+                read(keyword)
+            elif keyword.name not in SILENT:
                 self.note(keyword, "not taken")
         self._gather()
         self.forces = list(itertools.accumulate(self.forces, operator.or_))
@@ -166,10 +169,10 @@ class Statements:
                     keyword, f"{parameter}{given[parameter] and f'={given[parameter]}'}; not taken"
                 )
 
-    def _take(self, keyword: Keyword) -> bool:
-        """Whether a keyword is one of materials, surfaces, contact, conditions or loads, and was
-        read."""
-        readers = {
+    @functools.cached_property
+    def _readers(self) -> dict[str, Callable[[Keyword], None]]:
+        """What reads the keywords of materials, surfaces, contact, conditions and loads."""
+        return {
             "SURFACE": self._surface,
             "CONTACT PAIR": self._pair,
             "TIE": self._pair,
@@ -187,10 +190,6 @@ class Statements:
             "SOLID SECTION": self._section,
             "SURFACE BEHAVIOR": self._behaviour,
         }
-        if keyword.name not in readers:
-            return False
-        readers[keyword.name](keyword)
-        return True
 
     def _named(self, keyword: Keyword) -> None:
         """Remember the material or interaction to which the next keywords belong."""

@@ -231,11 +231,17 @@ def row_of(
 ) -> dict[str, Any]:
     """A row of the table: coordinates, how the solve ended, and the quantities; von Mises stress at
     `points`, and `more`."""
+    seconds = solution.timings
     return {
         "id": id_,
         **coordinates,
         "status": solution.status,
-        **_facts(solution),
+        "published": published_count(solution.problem),
+        "iterations": solution.iterations,
+        "final_rho": solution.last.rho,
+        "residual": solution.last.residual,
+        "elastic_residual": solution.last.residuals["elastic"],
+        "iterate_seconds": seconds["steps"] if "steps" in seconds else seconds["iterate"],
         "reason": solution.reason,
         **contact_quantities(solution),
         **resultants(solution),
@@ -246,28 +252,15 @@ def row_of(
     }
 
 
-def _facts(solution: Solution) -> dict[str, Any]:
-    seconds, case = solution.timings, solution.problem
-    return {
-        "published": published_count(case) if isinstance(case, Problem) else None,
-        "iterations": solution.iterations,
-        "final_rho": solution.last.rho,
-        "residual": solution.last.residual,
-        "elastic_residual": solution.last.residuals["elastic"],
-        "iterate_seconds": seconds["steps"] if "steps" in seconds else seconds["iterate"],
-    }
-
-
 def failed_row(
     id_: str, coordinates: Mapping[str, Any], case: Problem | None, reason: str
 ) -> dict[str, Any]:
     """Return the row of a case that has no solution."""
-    published = published_count(case) if isinstance(case, Problem) else None
     return {
         "id": id_,
         **coordinates,
         "status": "failed",
-        "published": published,
+        "published": None if case is None else published_count(case),
         "iterations": 0,
         "reason": reason,
     }

@@ -14,7 +14,6 @@ from ..options import CASE, option, options
 
 if TYPE_CHECKING:
     from ...results.data import SolutionData
-    from ...results.figures.view import View
 
 add_arguments = options(
     option("result", metavar="RESULT.h5", nargs="+", help="result files, or the folder of a sweep"),
@@ -103,20 +102,13 @@ def _drawn(
     if arguments.html:
         folder.mkdir(parents=True, exist_ok=True)
         return [write_page(folder / f"{stem}.html", solution)]
-    view, formats = _view(solution, arguments), arguments.format or FORMATS[:1]
+    formats = arguments.format or FORMATS[:1]
+    view = view_of(solution, factor=arguments.magnification, eye=arguments.view)
     if arguments.revolve is not None:
-        draw = partial(draw_turned, view=view or view_of(solution), degrees=arguments.revolve)
+        draw = partial(draw_turned, view=view, degrees=arguments.revolve)
         return save_all({"revolved": draw}, folder, stem, solution, formats=formats)
-    return plot_all(solution, folder, stem, formats, view=view)
-
-
-def _view(solution: SolutionData, arguments: argparse.Namespace) -> View | None:
-    """The view that is asked for; none by default."""
-    from ...results.figures.view import view_of
-
-    if arguments.magnification is None and arguments.view is None:
-        return None
-    return view_of(solution, factor=arguments.magnification, eye=arguments.view)
+    asked = arguments.magnification is not None or arguments.view is not None
+    return plot_all(solution, folder, stem, formats, view=view if asked else None)
 
 
 def _check_animation(arguments: argparse.Namespace) -> None:

@@ -101,17 +101,12 @@ def _pairs(solution: SolutionData) -> list[PairResult]:
     return [pair for step in ends for pair in step.pairs.values()]
 
 
-def _errors_known(solution: SolutionData) -> bool:
-    every = [(pair.pressure_error, pair.sigma_t_error) for pair in solution.pairs.values()]
-    return not any(error is None for both in every for error in both)
-
-
 NEEDS: dict[str, Callable[[SolutionData], bool]] = {
     "gap": lambda solution: any(np.any(pair.state == OPEN) for pair in _pairs(solution)),
     "stress": lambda solution: bool(filled_bodies(solution)),
     "hoop": lambda solution: bool(filled_bodies(solution)),
     "traction": lambda solution: any(pair.sigma_t.any() for pair in _pairs(solution)),
-    "error": _errors_known,
+    "error": lambda solution: all(pair.errors for pair in solution.pairs.values()),
     "profiles": lambda solution: solution.wear is not None,
     "hysteresis": lambda solution: len(solution.steps) > 1 and returns(solution),
     "motion": lambda solution: (

@@ -25,12 +25,17 @@ def write_atomically(
     """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the
     disk."""
     with temporary_name(path, replace=replace) as temporary:
-        # built in memory: HDF5 crashes the process when the disk fills up under a file of its own
-        with h5py.File("result", "w", driver="core", backing_store=False, track_order=True) as file:
-            fill(file)
-            file.flush()
-            image = file.id.get_file_image()
+        image = image_of(fill)
         temporary.write_bytes(image + SEAL + hashlib.sha256(image).digest())
+
+
+def image_of(fill: Callable[[h5py.File], None]) -> bytes:
+    """The bytes of an HDF5 file that `fill` writes; in memory, since HDF5 crashes the process when
+    the disk fills up under a file of its own."""
+    with h5py.File("result", "w", driver="core", backing_store=False, track_order=True) as file:
+        fill(file)
+        file.flush()
+        return bytes(file.id.get_file_image())
 
 
 @contextlib.contextmanager

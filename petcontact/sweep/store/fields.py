@@ -8,10 +8,10 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from ...contact.state import COLUMNS
+from ...results.format.container import image_of
 from ...results.hdf5 import write_group
 from ...results.records import ContactFields
 from ...results.solution import Solution, read_result
@@ -31,11 +31,7 @@ def packed(solution: Solution, keep: str) -> bytes:
         return archive.getvalue()
     # numbers take longer than to iterate: those that follow from the fields are left to who asks
     compared = solution.coarser is not None or bool(solution.paths)
-    # in memory: HDF5 crashes the process when the disk fills up under a file of its own
-    with h5py.File("case", "w", driver="core", backing_store=False, track_order=True) as file:
-        write_group(file, solution, numbers=compared)
-        file.flush()
-        return bytes(file.id.get_file_image())
+    return image_of(lambda file: write_group(file, solution, numbers=compared))
 
 
 def unpacked(content: bytes, keep: str) -> Solution | dict[str, Any]:
