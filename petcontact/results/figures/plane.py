@@ -180,8 +180,7 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
     def slip(pair: PairResult) -> Array:
         return np.where(pair.state[:, None] == OPEN, np.nan, pair.slip)
 
-    unit = solution.problem.units.length
-    for axes, name, _ in _panels(figure, solution, label("tangential displacement", unit)):
+    for axes, name, _ in _panels(figure, solution, "tangential displacement", "length"):
         _draw_ends(axes, solution, name, slip, "$u_t$")
         axes.axhline(0.0, color="0.5", lw=0.6)
 
@@ -191,8 +190,7 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
 
     The bounds are those of the last step.
     """
-    unit = solution.problem.units.stress
-    for axes, name, order in _panels(figure, solution, label("tangential traction", unit)):
+    for axes, name, order in _panels(figure, solution, "tangential traction", "stress"):
         curves = _draw_ends(
             axes,
             solution,
@@ -212,8 +210,7 @@ def draw_normal(figure: Any, solution: SolutionData) -> None:
 
     Where it is negative at the last one, a foundation that does not pull would let go.
     """
-    unit = solution.problem.units.stress
-    for axes, name, order in _panels(figure, solution, label("pressure", unit)):
+    for axes, name, order in _panels(figure, solution, "pressure", "stress"):
         curves = _draw_ends(
             axes,
             solution,
@@ -231,8 +228,7 @@ def draw_normal(figure: Any, solution: SolutionData) -> None:
 
 def draw_gap(figure: Any, solution: SolutionData) -> None:
     """Draw the gap that is left along each interface at the end of each step."""
-    unit = solution.problem.units.length
-    for axes, name, _ in _panels(figure, solution, label("gap", unit)):
+    for axes, name, _ in _panels(figure, solution, "gap", "length"):
         curves = _draw_ends(
             axes,
             solution,
@@ -248,27 +244,29 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
 
 def draw_profiles(figure: Any, solution: SolutionData) -> None:
     """Draw the pressure and, downwards, the worn depth of both sides after some of the cycles."""
-    table, units = solution.wear, solution.problem.units
+    table = solution.wear
     assert table is not None
     shown = np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))
-    panels = _panels(figure, solution, label("pressure", units.stress), list(table.depth))
-    for axes, name, order in panels:
+    depth = label("worn depth (dashed)", solution.problem.units.length)
+    for axes, name, order in _panels(figure, solution, "pressure", "stress", list(table.depth)):
         s, deep = solution.pairs[name].arc_length[order], axes.twinx()
         for number, k in enumerate(shown):
             style = {"color": f"C{number}", "label": f"cycle {table.cycle[k]}"}
             axes.plot(s, table.pressure[name][k][order], **style)
             deep.plot(s, table.depth[name][k][order], color=f"C{number}", lw=1.0, ls="--")
         lowest = 2.5 * float(table.depth[name].max(initial=0.0)) or 1.0
-        deep.set(ylim=(lowest, 0.0), ylabel=label("worn depth (dashed)", units.length))
+        deep.set(ylim=(lowest, 0.0), ylabel=depth)
 
 
 def _panels(
     figure: Any,
     solution: SolutionData,
     what: str,
+    unit: str,
     names: list[str] | None = None,
 ) -> Iterator[tuple[Any, str, Index]]:
-    """Yield axes for each interface, its name, and its nodes in order along it.
+    """Yield axes for each interface, its name, and its nodes in order along it; up are values with
+    the problem's unit of length or stress.
 
     The states at the end are shaded behind the curves. The label of the axis and the legend follow
     when the curves are drawn.
@@ -282,7 +280,7 @@ def _panels(
         way = label(f"arc length along {along(solution, name)}", solution.problem.units.length)
         axes.set(xlabel=way, title=headed(solution) if name == shown[0] else "")
         yield axes, name, np.argsort(solution.pairs[name].arc_length)
-        axes.set_ylabel(what)
+        axes.set_ylabel(label(what, getattr(solution.problem.units, unit)))
         if names is None:
             legend_beside(axes)
         else:  # a second axis stands on the right

@@ -135,10 +135,9 @@ class Picture:
 
 def draw_von_mises(figure: Any, solution: SolutionData, view: View | None = None) -> None:
     """Von Mises stress in the deformed bodies on a coarse grid."""
-    mesh = next(iter(solution.meshes.values()))
     view = view or view_of(solution, share=MAGNIFIED)
-    picture = Picture(view, "von_mises", filled_bodies(solution), None)
-    DRAWING[mesh.dim](figure, solution, picture, {}, COARSE)
+    picture = Picture(view, "von_mises", filled_bodies(solution))
+    DRAWING[next(iter(solution.meshes.values())).dim](figure, solution, picture, {}, COARSE)
 
 
 def _draw_plane(
