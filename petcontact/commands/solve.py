@@ -179,9 +179,6 @@ def saved_text(solution: Any, output: Path) -> str:
 def solver(arguments: argparse.Namespace, problem: Any) -> Callable[..., Any]:
     """What solves: `adapt` where the command line asks for an adaptive solve, else `solve`, which
     adapts where the config asks for it."""
-    from ..pipeline.adapt.loop import adapt
-    from ..pipeline.solve import solve
-
     accuracy = arguments.accuracy
     if accuracy is not None and not (
         arguments.adapt or all(body.mesh.automatic for body in problem.body)
@@ -189,8 +186,13 @@ def solver(arguments: argparse.Namespace, problem: Any) -> Callable[..., Any]:
         raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
     if accuracy is not None and not 0.0 < accuracy < 1.0:
         raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
-    adaptive = arguments.adapt or accuracy is not None
-    return functools.partial(adapt, accuracy=accuracy) if adaptive else solve
+    if arguments.adapt or accuracy is not None:
+        from ..pipeline.adapt.loop import adapt
+
+        return functools.partial(adapt, accuracy=accuracy)
+    from ..pipeline.solve import solve
+
+    return solve
 
 
 def announcer(
