@@ -60,19 +60,6 @@ class Tresca:
         """Return the derivative of [τ]_g."""
         return ball_derivative(tau, self.bound)[0]
 
-    def linearised(self, tau: Array) -> Linearisation | None:
-        """Return the linearisation in one pass in the plane; None elsewhere."""
-        if type(self) is not Tresca or tau.shape[1] > 1:
-            return None
-        slips = _slips(tau, self.bound)
-        constant, stick = (
-            np.where(slips, -np.copysign(self.bound, tau[:, 0]), 0.0)[:, None],
-            ~slips[:, None],
-        )
-        return Linearisation(
-            tau, constant, stick[:, :, None].astype(float), stick, stick, slips.astype(np.int8)
-        )
-
     def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
         """Return σ + Π(ρv - σ), (m, k) [stress]."""
         tau = rho * v - sigma
