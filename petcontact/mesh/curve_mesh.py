@@ -122,8 +122,7 @@ class CurveMesh(BoundaryMesh):
             "normal": normal,
             "weight": 0.5 * length[element] * reference_weight,
         }
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(values)
         if self.unit_length == 0.0:
             object.__setattr__(self, "unit_length", hull_scale(np.vstack([self.start, self.x])))
 

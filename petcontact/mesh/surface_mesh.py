@@ -98,8 +98,7 @@ class SurfaceMesh(BoundaryMesh):
             "kind": kind,
             "_groups": groups,
         }
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(values)
 
     @functools.cached_property
     def smooth_normal(self) -> Array:

@@ -33,8 +33,7 @@ class Kelvin2D(Kernel):
     def integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """As in `Kernel`."""
         kernel_g, kernel_h = integrals(targets, elements, self.poisson_ratio, self.unit_length)
-        if self.unit_length != 1.0:
-            kernel_g /= self.unit_length
+        kernel_g /= self.unit_length
         return kernel_g, kernel_h
 
     def corner_columns(

@@ -4,13 +4,13 @@ boundaries."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from ...arrays import Array, Mask
+from ...arrays import Mask
 from ...geometry.meridian import Meridian, TwistedMeridian
 from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary, BoxSurface
+from ...model.interfaces import PosedInterface
 from ..boundary_mesh import BoundaryMesh
 from ..curve_mesh import CurveMesh
 from .box_faces import face_projection, grid_lines, mesh_of_lines
@@ -28,26 +28,15 @@ KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., An
 Other boundaries keep their elements."""
 
 
-@dataclass(frozen=True)
-class PairParts:
-    """Two parts that face one another, (body, part) each, and their direction, if it is given.
-
-    In a periodic pair one part is the other part of the same body, translated.
-    """
-
-    secondary: tuple[int, str]
-    primary: tuple[int, str]
-    direction: Array | None
-    periodic: bool = False
-
-
 def matched(
     boundaries: Sequence[Boundary],
     meshes: Sequence[BoundaryMesh],
-    pairs: Sequence[PairParts],
+    pairs: Sequence[PosedInterface],
     too_long: Callable[[BoundaryMesh], Mask] | None = None,
 ) -> list[BoundaryMesh]:
     """Return the meshes with matching joints, if the boundaries can be cut again.
+
+    Each pair has a primary that is a part of a body.
 
     A primary takes the joints of the secondary. If its elements would be `too_long`, it keeps its
     own joints and gives them to the secondary. An example is a thin ring on a massive core.
@@ -97,12 +86,12 @@ def _kept(
 
 
 def _projections(
-    boundaries: Sequence[Boundary], joints: Sequence[Any], pairs: Sequence[PairParts]
+    boundaries: Sequence[Boundary], joints: Sequence[Any], pairs: Sequence[PosedInterface]
 ) -> list[Any]:
     """Return the projections of the pairs both of whose sides can be cut again."""
     kinds, projections = [KINDS.get(type(boundary)) for boundary in boundaries], []
     for pair in pairs:
-        (a, part), (b, partner) = pair.secondary, pair.primary
+        (a, part), (b, partner) = pair.ends
         kind = kinds[a]
         if pair.periodic:
             projections.append(

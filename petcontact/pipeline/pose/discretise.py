@@ -19,7 +19,7 @@ from ...contact.laws import Tresca
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
-from ...mesh.pairs.matching import PairParts, matched
+from ...mesh.pairs.matching import matched
 from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Problem
@@ -243,11 +243,7 @@ def meshed(
         mesh_of(body, boundaries[b]) if make_mesh is None else make_mesh(b, body, boundaries[b])
         for b, body in enumerate(bodies)
     ]
-    pairs = [
-        PairParts((i.body, i.part), i.primary, i.direction, i.periodic)
-        for i in problem.interfaces
-        if i.primary is not None
-    ]
+    pairs = [interface for interface in problem.interfaces if interface.primary is not None]
     return boundaries, matched(boundaries, own, pairs, too_long_to_bend) if pairs else own
 
 
