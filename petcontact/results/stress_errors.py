@@ -104,14 +104,17 @@ def stress_change(
 
 
 def _gains_nothing(solutions: Sequence[Evaluated], body: str, elements: Index) -> Mask:
-    """Where (q,) elements (2, q) of a body have the nodes and the size of the coarser mesh."""
+    """Where (q,) elements (2, q) of a body have the nodes and the size of the coarser mesh; another
+    path on the same meshes is not there to gain anything."""
+    now, coarser = (list(each.meshes.values()) for each in solutions)
+    refined = any(mesh is not before for mesh, before in zip(now, coarser, strict=True))
     meshes = (each.meshes[body] for each in solutions)
     (nodes, size), (before, size_before) = (
         (np.diff(mesh.first_node)[element], sizes(mesh)[element])
         for mesh, element in zip(meshes, elements, strict=True)
     )
     same = (elements.min(axis=0) >= 0) & (nodes <= before) & (size > 0.8 * size_before)
-    return np.asarray(same)
+    return np.asarray(refined & same)
 
 
 def _places(solution: Evaluated, number: Number, place: Array) -> tuple[Array, Any, Array, int]:
