@@ -23,7 +23,6 @@ from ..model.loads import VolumeLoads
 from ..model.problem import Body, Condition, Contact, Displacement, Traction
 from ..round_off import SINGLE
 from .expression_features import MOST_FEATURES, SAMPLES, SMOOTH, degree, kinks, samples_of, uniform
-from .gap_minima import SideGap
 from .levels import REFINEMENT_LEVELS
 
 ORDER = max(level.grading.order for level in REFINEMENT_LEVELS)
@@ -66,11 +65,6 @@ class SideData:
     size: float
     length: float
     degree: float = math.inf
-
-    @property
-    def gap(self) -> SideGap:
-        """The first component, as that of a gap."""
-        return SideGap(lambda fractions: self.values(fractions)[:, 0], self.samples)
 
     def defects(self, start: Array, end: Array, order: int) -> Array:
         """Return the integral of |f - I_p f| over each element (k,), relative to `size` [-].

@@ -24,7 +24,7 @@ from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Body, Contact
 from .contact_line import ContactLine, grading_points, slip_at_end
-from .gap_minima import SideGap, lowest_minima
+from .gap_minima import lowest_minima
 from .known_data import SideData, fields, resolved
 from .levels import REFINEMENT_LEVELS, Level, first_level
 from .singular_points import corner_exponents
@@ -86,7 +86,7 @@ class GradedOutline:
         λ where elements at corners are powers of the distance, else 0.
     last : list of pairs of float, optional
         Lengths of the elements at the start and the end of each side on the level before [length].
-    gaps : list of lists of SideGap, optional
+    gaps : list of lists of SideData, optional
         Gaps along each side.
     """
 
@@ -99,7 +99,7 @@ class GradedOutline:
     exponents: list[tuple[float, float]]
     powers: list[tuple[float, float]] = field(default_factory=list)
     last: list[tuple[float, float]] = field(default_factory=list)
-    gaps: list[list[SideGap]] = field(default_factory=list)
+    gaps: list[list[SideData]] = field(default_factory=list)
 
     @staticmethod
     def from_body(body: Body, outline: Outline) -> GradedOutline:
@@ -124,7 +124,7 @@ class GradedOutline:
             data,
             singular_ends(outline),
             corner_exponents(body, outline),
-            gaps=[[each.gap for each in row if each.kind == "gap"] for row in data],
+            gaps=[[each for each in row if each.kind == "gap"] for row in data],
         )
 
     def with_powers(self) -> GradedOutline:

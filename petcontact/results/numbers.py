@@ -215,13 +215,14 @@ class _OfStep:
         kind = next(iter(self._solution.meshes.values())).motions
         for given in self._solution.problem.obstacles_at[self._step.step]:
             obstacle, moved = self._step.obstacles[given.name], given.motions(kind)
-            for word, value, unit, scale, error in (
-                ("moved", obstacle.displacement, "length", 0.0, _unless_free(moved[: kind.dim])),
-                ("turned", obstacle.rotation, "rad", 0.0, _unless_free(moved[kind.dim :])),
-                ("held by", obstacle.force, "force", force, np.nan),
-                ("held by moment", obstacle.moment, "moment", moment, np.nan),
+            for word, value, unit, scale, by in (
+                ("moved", obstacle.displacement, "length", 0.0, moved[: kind.dim]),
+                ("turned", obstacle.rotation, "rad", 0.0, moved[kind.dim :]),
+                ("held by", obstacle.force, "force", force, ["free"]),
+                ("held by moment", obstacle.moment, "moment", moment, ["free"]),
             ):
                 if unit in self._units:
+                    error = np.nan if "free" in by else 0.0
                     yield self._number(word, given.name, value, unit, scale, error=error)
 
     def _displaced(self) -> Iterator[Number]:
@@ -248,11 +249,6 @@ class _OfStep:
                     moment = result.moment_on(mesh, part)
                     far = acting * float(np.abs(mesh.x).max())
                     yield self._number(f"moment on {part}", body.name, moment, "moment", far)
-
-
-def _unless_free(given: list[Any]) -> float:
-    """Return the error of a motion that is given; that of a free one is not known yet."""
-    return np.nan if "free" in given else 0.0
 
 
 def resultant(pair: PairResult) -> tuple[float, float]:

@@ -106,8 +106,8 @@ def stress_change(
 def _gains_nothing(solutions: Sequence[Evaluated], body: str, elements: Index) -> Mask:
     """Where (q,) elements (2, q) of a body have the nodes and the size of the coarser mesh; another
     path on the same meshes is not there to gain anything."""
-    now, coarser = (list(each.meshes.values()) for each in solutions)
-    refined = any(mesh is not before for mesh, before in zip(now, coarser, strict=True))
+    pairs = zip(*(each.meshes.values() for each in solutions), strict=True)
+    refined = any(mesh is not before for mesh, before in pairs)
     meshes = (each.meshes[body] for each in solutions)
     (nodes, size), (before, size_before) = (
         (np.diff(mesh.first_node)[element], sizes(mesh)[element])

@@ -128,9 +128,10 @@ def trust(solution: Solution) -> dict[str, float]:
     result = {"estimated_error": accuracy.error, "warnings": len(solution.warnings)}
     if accuracy.wanted is not None:
         endless = [number.name for number in solution.numbers if math.isinf(number.error)]
-        places = [name for name in endless if name.startswith(PEAKS["peak_von_mises"])]
-        result |= {**peaks(solution), "unbounded": len(places)}
-        result |= {"max_pressure": math.inf} if "largest p" in endless else {}
+        result["unbounded"] = sum(name.startswith(PEAKS["peak_von_mises"]) for name in endless)
+        result |= peaks(solution)
+        if "largest p" in endless:
+            result["max_pressure"] = math.inf
     return result
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from petcontact.refinement.gap_minima import MOST_MINIMA, SideGap, gap_minima
+from petcontact.refinement.gap_minima import MOST_MINIMA, gap_minima
 from petcontact.round_off import HALF
 
 GAPS = {
@@ -28,20 +30,21 @@ def looked_at(gap, samples=201):
 
     def values(at):
         calls.append(len(at))
-        return np.asarray(gap(at), dtype=float)
+        return np.asarray(gap(at), dtype=float)[:, None]
 
-    return SideGap(values, np.linspace(0.0, 1.0, samples)), calls
+    at = np.linspace(0.0, 1.0, samples)
+    return SimpleNamespace(samples=at, sampled=values(at), values=values), calls
 
 
 @pytest.mark.parametrize("name", GAPS)
 def test_minima_are_found_to_the_round_off_of_the_gap(name):
     gap, places, digits = GAPS[name]
     field, calls = looked_at(gap)
-    found = gap_minima(field)
+    found = gap_minima(field, 0.0)
     assert len(found) == len(places) and np.allclose(found, places, rtol=0.0, atol=digits)
     assert len(calls) <= 1 + 2
 
 
 def test_only_the_lowest_ones_are_kept():
     field, _ = looked_at(lambda x: np.cos(40.0 * x) + x)
-    assert len(gap_minima(field)) == MOST_MINIMA
+    assert len(gap_minima(field, 0.0)) == MOST_MINIMA

@@ -16,7 +16,7 @@ from ..curve_building import build_mesh
 from ..curve_mesh import CurveMesh
 from .common_breakpoints import SideMesh
 from .curves import Curves
-from .ray_casting import Hits, along
+from .ray_casting import along
 
 
 @functools.singledispatch
@@ -65,17 +65,9 @@ class CurveProjection:
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
         """Project along the secondary's outward normals, or along the direction."""
-        hits = self._met(side, fractions)
-        return hits.face, hits.place
-
-    def distance(self, side: int, fractions: Array) -> Array:
-        """Return the distance from the primary there, not a number for none, (n,) [length]."""
-        distance = self._met(side, fractions).distance
-        return np.where(np.isfinite(distance), distance, np.nan)
-
-    def _met(self, side: int, fractions: Array) -> Hits:
         x, normal = self.own.at(np.full(len(fractions), side), fractions)
-        return self.other.cast(x, along(self.direction, normal))
+        hits = self.other.cast(x, along(self.direction, normal))
+        return hits.face, hits.place
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
         """Project by perpendiculars, or against the direction."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Index
+from ...fields.boundary.places import located, sizes
 from ...geometry.outline import as_outline
-from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.panels.tail import FADE
 from ...results.evaluated import displacement_scale
@@ -85,8 +85,8 @@ def _on_interface(
     fewer, rough, pair = solutions[0], old, new
     if len(old.weight) > len(new.weight):
         fewer, rough, pair = solutions[1], new, old
-    mesh = as_curve(fewer.meshes[fewer.sides[name][0]])
-    to_more = _interpolation(mesh, fewer.sides[name][1], fewer.nodes[name], pair.arc_length)
+    side = fewer.sides[name]
+    to_more = _interpolation(fewer.meshes[side[0]], side[1], pair.x)[:, fewer.nodes[name]]
     square = pair.weight[:, None] * (to_more @ _tractions(rough) - _tractions(pair)) ** 2
     near, fade = _fading(pair, ends)
     size, whole = (
@@ -113,19 +113,12 @@ def displacement_difference(coarse: Solution, fine: Solution) -> float:
     worst = 0.0
     for coarse_step, fine_step in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
         for name, mesh in fine.meshes.items():
-            old, new, s = (
-                as_curve(coarse.meshes[name]),
-                fine_step.bodies[name].u,
-                as_curve(mesh).arc_length,
-            )
+            old, new = coarse_step.bodies[name].u, fine_step.bodies[name].u
             change = np.zeros_like(new)
             for part in mesh.part_names:
-                coarse_nodes, fine_nodes = old.nodes_of(part), mesh.nodes_of(part)
-                change[fine_nodes] = (
-                    _interpolation(old, part, coarse_nodes, s[fine_nodes])
-                    @ coarse_step.bodies[name].u[coarse_nodes]
-                    - new[fine_nodes]
-                )
+                rows = mesh.nodes_of(part)
+                carried = _interpolation(coarse.meshes[name], part, mesh.x[rows]) @ old
+                change[rows] = carried - new[rows]
             size, error = (
                 float(np.sqrt(mesh.weight @ (values**2).sum(axis=1))) for values in (new, change)
             )
@@ -194,15 +187,6 @@ def _tractions(pair: PairResult) -> Array:
     return np.column_stack([pair.pressure, pair.sigma_t])
 
 
-def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> scipy.sparse.csr_array:
-    """Return the matrix (q, m) from values at nodes (m,) of a part to values at arc lengths (q,).
-
-    It interpolates within each element.
-    """
-    numbers = np.flatnonzero(mesh.part == mesh.part_names.index(part))
-    starts = mesh.side_start[numbers]
-    order = np.argsort(starts)
-    numbers, starts = numbers[order], starts[order]
-    element = numbers[np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(numbers) - 1)]
-    place = np.clip((s - mesh.side_start[element]) / mesh.length[element], 0.0, 1.0)
-    return mesh.basis_at(element, place)[:, nodes]
+def _interpolation(mesh: BoundaryMesh, part: str, x: Array) -> Any:
+    """Return the sparse matrix (q, n) from values at nodes to values at points (q, d) of a part."""
+    return mesh.basis_at(*located(mesh, x, part, sizes(mesh)))

@@ -13,15 +13,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...arrays import Array, Index
-from ...geometry.outline import Outline
+from ...geometry.outline import Outline, Side
 from ...geometry.same_place import TOLERANCE, inside
 from ...mesh.grading import at_ends, singular_ends, turn
 from ...mesh.pairs.curve_sides import CurveProjection, curve_projection
+from ...mesh.pairs.ray_casting import along
 from ...model.expressions import Value
 from ...model.interfaces import PosedInterface
-from ...refinement.gap_minima import SideGap
-from ...refinement.known_data import gap_slope, gap_switches
-from ...round_off import ROUNDED, SINGLE
+from ...refinement.known_data import SideData, gap_slope, gap_switches
+from ...round_off import SINGLE
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class PressedSides:
     inner: dict[int, list[float]] = field(default_factory=dict)
     kinks: dict[int, list[float]] = field(default_factory=dict)
     pressing: set[tuple[int, int]] = field(default_factory=set)
-    gaps: dict[int, list[SideGap]] = field(default_factory=dict)
+    gaps: dict[int, list[SideData]] = field(default_factory=dict)
 
 
 def pressed_sides(
@@ -79,19 +79,29 @@ def _add_corners(
                 pressed[partner].inner.setdefault(int(faced[met]), []).extend(arcs)
                 pressed[one].pressing.add((number, end))
     if side.law.normal == "unilateral" and side.law.gap == "geometry":
-        _add_distances(pressed[a], pair)
+        _add_distances(pressed[a], outlines[a].sides, pair)
 
 
-def _add_distances(pressed: PressedSides, pair: CurveProjection) -> None:
+def _add_distances(pressed: PressedSides, sides: Sequence[Side], pair: CurveProjection) -> None:
     """Add the distances along each side of a secondary, with samples on both parts."""
-    line = np.linspace(0.0, 1.0, pair.own.SAMPLES)
-    numbers = range(len(pair.other))
+    line, numbers = np.linspace(0.0, 1.0, pair.own.SAMPLES), range(len(pair.other))
     met, fractions = np.hstack([pair.to_secondary(k, line) for k in numbers])
-    noise = ROUNDED * float(np.abs([pair.own.start, pair.own.end]).max())
     for k, number in enumerate(pair.secondary[1].tolist()):
-        samples = np.union1d(line, fractions[met == k])
-        distance = SideGap(functools.partial(pair.distance, k), samples, noise)
-        pressed.gaps.setdefault(number, []).append(distance)
+        samples, values = (
+            np.union1d(line, fractions[met == k]),
+            functools.partial(_distance, pair, k),
+        )
+        shown = np.empty((2, 0)), samples, values(samples)
+        gap = SideData("distance", values, *shown, 1.0, sides[number].length)
+        pressed.gaps.setdefault(number, []).append(gap)
+
+
+def _distance(pair: CurveProjection, side: int, fractions: Array) -> Array:
+    """Return the distance from the primary at fractions of a side, nan for none, (n, 1)
+    [length]."""
+    x, normal = pair.own.at(np.full(len(fractions), side), fractions)
+    distance = pair.other.cast(x, along(pair.direction, normal)).distance
+    return np.where(np.isfinite(distance), distance, np.nan)[:, None]
 
 
 def _meeting(

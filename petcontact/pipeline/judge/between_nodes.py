@@ -19,7 +19,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
-from ...round_off import HALF, ROUNDED
+from ...round_off import HALF
 
 MOVED = 1e-3
 """Assumed approach over the size of the mesh, where no node shows how far bodies approach [-]."""
@@ -125,14 +125,6 @@ class Sampling:
             over = (values @ closer - distance).reshape(len(asked), -1)
             adjacent = np.ones((len(around), len(around)), dtype=bool)
         return worst, position
-
-    def round_off(self, noise: Array, position: tuple[Index, Array] | None) -> float:
-        """Return the round-off of an overlap from that at nodes (m,), of its own element, and that
-        of coordinates [length]."""
-        if position is None:
-            return 0.0
-        own = self.mesh.element[self.nodes] == self.element[position[0]]
-        return float(noise[own].max(initial=0.0) + ROUNDED * np.abs(self.mesh.x).max())
 
     def point(self, number: Index, share: Array) -> Array:
         """Return the point at a share (1, d-1) of a face, (d,) [length]."""

@@ -13,7 +13,7 @@ from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
 from ...contact.system import ContactSystem, is_monolithic
 from ...results.report import Finding
-from ...round_off import CHAINED, WRITTEN
+from ...round_off import CHAINED, ROUNDED, WRITTEN
 from .between_nodes import Sampling
 from .findings import limit_of, new_finding
 
@@ -52,14 +52,16 @@ def _noise(bodies: BodiesSystem, system: ContactSystem, outcome: ContactState) -
     """Return the round-off of overlaps at nodes, (M,) [length]."""
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)
+    gap = np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
     sizes = (
         np.abs(system.u_0[:, -1])
         + np.abs((both - moved)[:, -1])
         + np.abs(moved).max(initial=0.0)
-        + np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
+        + gap
     )
     share = WRITTEN if is_monolithic(system) else CHAINED
-    return np.asarray(share * sizes)
+    # coordinates are as large as the largest gap
+    return np.asarray(share * sizes + ROUNDED * gap.max(initial=0.0))
 
 
 def overlaps(
@@ -95,13 +97,13 @@ def overlaps(
         if between is None:
             continue
         depth, position = between.overlap(
-            outcome.v[where, -1],
+            outcome.v[where, -1] - noise[where],
             interface.gap,
             outcome.states[where],
             limit_of("overlap") * scale,
             unfaced=not outcome.sigma[where].any(),
         )
-        share = _share(depth - between.round_off(noise[where], position), scale)
+        share = _share(depth, scale)
         if share > limit_of("overlap on the way") and _yields(
             bodies, outcome, samplings, interface, depth
         ):

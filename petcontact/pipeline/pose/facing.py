@@ -116,26 +116,29 @@ def _findings(side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None) -
 
     Faces that lie across an axis may well lie on a flat obstacle.
     """
-    where, by_shape = f"pair {side.name!r}", side.law.gap == "geometry"
-    unilateral = side.law.normal == "unilateral"
+    where = f"pair {side.name!r}"
+    by_shape, unilateral = side.law.gap == "geometry", side.law.normal == "unilateral"
     if facing is None:
         normal = mesh.smooth_normal[mesh.nodes_of(side.part)]
         bent = np.linalg.norm(np.ptp(normal, axis=0)) > SINGLE
         across = np.abs(normal).max(axis=1).min() > 1.0 - SINGLE
         if by_shape and unilateral and (bent or not across):
-            shape = "curved face as a cup does" if bent else "slanted face"
-            text = f"no gap is given, so that the obstacle fits the {shape}"
-            advice = "give the gap to a flat or another one as an expression"
-            yield new_finding("fitting gap", text, where, advice=advice)
+            yield new_finding(
+                "fitting gap",
+                "no gap is given, so that the obstacle fits the "
+                f"{'curved face as a cup does' if bent else 'slanted face'}",
+                where,
+                advice="give the gap to a flat or another one as an expression",
+            )
     elif not facing.met.any():
         text = "no node of the secondary faces the primary along its normals: they never touch"
         yield new_finding("facing", text, where)
     elif by_shape and not unilateral:
         off = np.where(facing.met, np.abs(facing.distance) - facing.sag, 0.0)
+        far = float(facing.distance[off.argmax()])
         if off.max() > SINGLE * np.abs(mesh.x).max():
-            far = float(facing.distance[off.argmax()])
-            how = "overlap" if far < 0.0 else "are apart"
-            text = f"the parts {how} by up to {abs(far):.3g}, and are joined as they lie"
+            text = f"{'overlap' if far < 0.0 else 'are apart'} by up to {abs(far):.3g}"
+            text = f"the parts {text}, and are joined as they lie"
             yield new_finding("closed gap", text, where, measured=abs(far))
 
 

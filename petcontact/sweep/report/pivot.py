@@ -104,14 +104,17 @@ class Facts:
     """What cells are made of: the quantity of the cases that converged, and what was published."""
 
     def __init__(self, table: CaseTable, quantity: str) -> None:
-        self._count, self._status = quantity == ITERATIONS, table.status
+        self._count = quantity == ITERATIONS
         names = [quantity, "published"] if self._count else [quantity]
         nothing = np.full(len(table), np.nan)
         self._value, self._published = [
             nothing if self._count and name not in table.columns else table.numbers(name)
             for name in names
         ] + [nothing] * (2 - len(names))
-        self._good = (np.array(table.status) == "converged") & np.isfinite(self._value)
+        solved = np.array(table.status) == "converged"
+        self._good = solved & np.isfinite(self._value)
+        why = np.where(np.isinf(self._value), "without a bound", "not known")
+        self._notes = np.where(solved, why, table.status).tolist()
 
     def cell(self, cases: Sequence[int]) -> Cell:
         """A cell for some cases, by their places.
@@ -120,19 +123,12 @@ class Facts:
         """
         good = [case for case in cases if self._good[case]]
         missed = len(cases) - len(good)
-        note = f"{missed} missed" if len(cases) > 1 else self._why(cases[0])
         return Cell(
             _mean([self._value[case] for case in good]),
             _mean([self._published[case] for case in good or cases]),
-            note if missed else "",
+            "" if not missed else f"{missed} missed" if len(cases) > 1 else self._notes[cases[0]],
             self._count,
         )
-
-    def _why(self, case: int) -> str:
-        """Why there is no number of a case."""
-        if self._status[case] != "converged":
-            return self._status[case]
-        return "without a bound" if np.isinf(self._value[case]) else "not known"
 
 
 def _mean(values: Sequence[float]) -> float | None:
