@@ -197,23 +197,6 @@ def farthest_apart(coarse: list[ContactLine], fine: list[ContactLine]) -> tuple[
     return result
 
 
-def largest(lines: list[ContactLine]) -> float:
-    """Return the largest |u_t| on the sides, between nodes and at ends, too [length]."""
-    peak = 0.0
-    for line in lines:
-        cuts = line.breaks[:-1, None] + np.diff(line.breaks)[:, None] * np.arange(0.0, 1.0, 0.125)
-        s = np.append(cuts.ravel(), line.breaks[-1])
-        size = np.abs(displacement(line, s))
-        k = int(np.argmax(size))
-        peak = max(peak, float(size[k]), float(np.abs(line.u_t).max()))
-        if 0 < k < len(s) - 1:
-            # take the vertex of the parabola through the largest sample and its neighbours
-            size = size[k - 1 : k + 2]
-            fit = _fitted((s[k - 1 : k + 2] - s[k]) / (s[k + 1] - s[k - 1]), size, 2)
-            peak = max(peak, float(fit[2] - 0.25 * fit[1] ** 2 / fit[0])) if fit[0] < 0.0 else peak
-    return peak
-
-
 def _fitted(x: Array, y: Array, degree: int) -> list[float]:
     """Return the coefficients of the least-squares polynomial, the highest first.
 

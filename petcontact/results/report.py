@@ -58,8 +58,6 @@ class Accuracy:
     path : float
         Error that the increments leave in p and q, over p in L2: 0 where the path does not matter,
         nan where it is not known [-].
-    largest_slip : float
-        Largest |u_t| between nodes, nan where it is not known [length].
     """
 
     wanted: float | None = None
@@ -77,7 +75,6 @@ class Accuracy:
     zones: list[tuple[str, float, float, int]] | None = None
     zone_errors: list[tuple[float, float]] = field(default_factory=list)
     path: float = 0.0
-    largest_slip: float = math.nan
 
     @property
     def is_known(self) -> bool:

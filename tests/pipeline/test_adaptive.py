@@ -100,8 +100,6 @@ def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):
     assert "slip + 0 .. 3.3778," in text or "slip + 0 .. 3.37777," in text
     s = np.array([0.0])
     peak = abs(displacement(line_of(best[1]), s)[0])
-    assert solution.accuracy.largest_slip == pytest.approx(peak, rel=2e-4)
-    assert solution.accuracy.largest_slip > np.abs(solution.contact.u_t).max()
     digits = text.partition("largest |u_t| ")[2].split()[0]
     assert len(digits.replace("0.", "").lstrip("0")) <= 4
     last = 0.1 ** len(digits.partition(".")[2])

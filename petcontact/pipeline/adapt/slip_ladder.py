@@ -20,7 +20,6 @@ from ...refinement.contact_line import (
     ContactLine,
     difference,
     farthest_apart,
-    largest,
     without_specks,
 )
 from ...refinement.levels import MOST_GAIN, SLIP_LADDER, Level, believed
@@ -148,7 +147,6 @@ class Slip(Strategy):
             }
         zones, *before = (transition_zones(self._body, shown) for shown in self._shown[:-3:-1])
         return {
-            "largest_slip": largest(self._shown[-1]),
             "zones": [dataclasses.astuple(zone) for zone in zones],
             "zone_errors": zone_errors(zones, before[0] if before else []),
             **differ,
