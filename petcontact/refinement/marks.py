@@ -215,16 +215,6 @@ class GradedOutline:
             for exponent, last in zip(self.exponents[number], last_sizes, strict=True)
         ]
 
-    def truncation(self, resolved: float) -> float:
-        """Return the error a^(2λ) of elements of these sizes at the worst corner [-].
-
-        Only ratios of the value have a meaning.
-        """
-        exponents = {exponent for pair in self.exponents for exponent in pair}
-        return max(
-            float((self.corner_size(e, resolved) / self.scale) ** (2.0 * e)) for e in exponents
-        )
-
     def mesh(
         self,
         level: Level,

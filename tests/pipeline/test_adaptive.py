@@ -17,7 +17,6 @@ from petcontact.mesh.hp_grading import Grading, graded_mesh
 from petcontact.pipeline.adapt.level_solver import LevelSolver
 from petcontact.pipeline.adapt.slip_ladder import (
     Slip,
-    estimated_error,
 )
 from petcontact.pipeline.judge.thickness import slenderness
 from petcontact.refinement.contact_line import (
@@ -27,7 +26,7 @@ from petcontact.refinement.contact_line import (
     transition,
     without_specks,
 )
-from petcontact.refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, SLIP_LADDER
+from petcontact.refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, SLIP_LADDER, believed
 from petcontact.refinement.marks import GradedOutline, marks_for
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or
@@ -112,16 +111,14 @@ def test_accuracy_must_make_sense(comm):
 
 
 def test_the_estimate_is_the_last_difference_and_claims_no_gain():
-    sharp = [1e-3, 1e-5, 1e-7, 1e-9]
-    assert estimated_error([3e-3], sharp[:2]) == math.inf
-    assert estimated_error([3e-3, 2e-4], sharp[:3]) == pytest.approx(2e-4)
-    # levels that are alike by chance, or because corners got no finer elements, are no proof
-    assert estimated_error([3e-3, 1e-9], sharp[:3]) == pytest.approx(3e-3 / MOST_GAIN)
-    assert estimated_error([1e-1, 1e-2, 1e-7], [4.0, 2.0, 1.0, 1.0]) == pytest.approx(1e-2)
+    assert believed([3e-3]) == math.inf
+    assert believed([3e-3, 2e-4]) == pytest.approx(2e-4)
+    # levels that are alike by chance are no proof
+    assert believed([3e-3, 1e-9]) == pytest.approx(3e-3 / MOST_GAIN)
     # round-off that grows is no error
-    assert estimated_error([0.0, 1e-14], [1e-3, 1e-5, 1e-7]) < 1e-13
-    assert estimated_error([1e-27, 3e-14, 2e-13], [1e-3, 1e-5, 1e-7, 1e-9]) < 1e-12
-    assert estimated_error([1e-27, 1e-5], [1e-3, 1e-5, 1e-7]) > 1.0
+    assert believed([0.0, 1e-14]) < 1e-13
+    assert believed([1e-27, 3e-14, 2e-13]) < 1e-12
+    assert believed([1e-27, 1e-5]) > 1.0
 
 
 def test_nothing_that_slips_needs_no_mesh_for_its_round_off(comm):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from ...refinement.contact_line import (
     farthest_apart,
     without_specks,
 )
-from ...refinement.levels import MOST_GAIN, SLIP_LADDER, Level, believed
+from ...refinement.levels import SLIP_LADDER, Level, believed
 from ...refinement.marks import ACCURACY, GradedOutline, LevelMesh
 from ...refinement.zones import Zone
 from ...results.evaluated import displacement_scale
@@ -57,7 +56,6 @@ class Slip(Strategy):
         self.differences: list[float] = []
         self.wanted, self.asked = self.accuracy, True
         self._shown: list[list[ContactLine]] = []
-        self._levels: list[Level] = []
         self._last: Solution | None = None
         self._body: GradedOutline | None = None
 
@@ -120,18 +118,18 @@ class Slip(Strategy):
                 difference(self._shown[-1], lines) / displacement_scale(solution)
             )
         self._shown.append(lines)
-        self._levels.append(level)
         self._last = solution
 
     @property
     def estimate(self) -> float:
-        """Estimated error of the last mesh [-]."""
-        assert self._body is not None
+        """Estimated error of the last mesh [-].
+
+        It is the last difference, which is the error of the mesh before. Elements at corners halve
+        at least from mesh to mesh (`GradedOutline.halving`), so that errors there show in it.
+        """
         if SLIP_LADDER.believes(self.differences, self.wanted):
-            return max(self.differences[0], self._levels[1].error)
-        return estimated_error(
-            self.differences, [self._body.truncation(level.resolved) for level in self._levels]
-        )
+            return max(self.differences[0], self.levels[1].error)
+        return believed(self.differences)
 
     def shown(self) -> dict[str, Any]:
         """Return fields of `Accuracy`: the zones, and how far their ends moved."""
@@ -151,36 +149,6 @@ class Slip(Strategy):
             "zone_errors": zone_errors(zones, before[0] if before else []),
             **differ,
         }
-
-
-def estimated_error(differences: list[float], truncation: list[float]) -> float:
-    """Return the error of the last level from differences of neighbouring levels, infinite for
-    fewer than two.
-
-    The last difference is the error of the last level but one, hence a safe estimate for the last
-    one. Two levels may agree by chance, or because both have the smallest possible elements at a
-    corner. Therefore no level counts as more than `MOST_GAIN` times better than the one before. The
-    estimate is also at least the error at corners. Errors C T_k there cause differences d_k = C
-    (T_k - T_(k+1)), which bound C.
-
-    Parameters
-    ----------
-    differences : list of k floats
-        Differences between levels 0 and 1, 1 and 2, ...
-    truncation : list of k + 1 floats
-        T of each level, see `GradedOutline.truncation`.
-    """
-    if len(differences) < 2:
-        return math.inf
-    least = [
-        max(d, before / MOST_GAIN)
-        for d, before in zip(differences, [0.0, *differences], strict=False)
-    ]
-    steps = zip(least, truncation[:-1], truncation[1:], strict=True)
-    # a difference bounds C only if its two meshes differ at corners
-    bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
-    left = truncation[-1] * min(bounds, default=0.0)
-    return max(believed(differences), left)
 
 
 def contact_lines(body: GradedOutline, solution: Solution) -> list[ContactLine]:
