@@ -60,12 +60,16 @@ def half_round(axial: bool, joint: float, size: float) -> dict:
     return {"shape": "outline", "loops": [sides]}
 
 
-@pytest.mark.parametrize(("axial", "joint"), [(True, 0.0), (False, 0.0), (False, 0.3)])
-def test_a_light_contact_of_unlike_bodies_is_that_of_hertz(axial, joint):
-    """Its half width is 1e-4 of the radius and less, at the end of a side and inside one."""
+@pytest.mark.parametrize(
+    ("axial", "joint", "push"),
+    [(True, 0.0, 1e-8), (True, 0.0, 7.5e-6), (False, 0.0, 1e-8), (False, 0.3, 1e-8)],
+)
+def test_a_light_contact_of_unlike_bodies_is_that_of_hertz(axial, joint, push):
+    """Its half width is 1e-4 of the radius and less, at the end of a side and inside one. In the
+    second one the first mesh overlaps beside the contact."""
     shapes = half_round(axial, joint, 1.0), half_round(axial, joint, -2.0)
     bodies = [
-        solid("upper", shapes[0], moved("flat", [0.0, -1e-8])),
+        solid("upper", shapes[0], moved("flat", [0.0, -push])),
         solid("lower", shapes[1], moved("flat", [0.0, 0.0]), material=elastic(3.0, 0.3)),
     ]
     pair = touching("pair", "upper.arc", "lower.arc")

@@ -24,6 +24,7 @@ from ...refinement.marks import FINER, FINEST, UNSEEN, GradedOutline, LevelMesh
 from ...results.contact_zones import pair_edges
 from ...results.records import step_ends
 from ...results.solution import Solution
+from ..judge.findings import wants_smaller_elements
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 from .difference import Difference, difference, fading_places
@@ -167,10 +168,21 @@ class Tractions(Strategy):
                 sorted(self._bodies.items()), solution.meshes.values(), strict=True
             )
         }
-        finest = {
-            name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
-        }
-        self._edges = edges_of_steps(solution, level.edge, finest)
+        self._edges = self._edges_of(solution)
+
+    def mark_failed(self, solution: Solution) -> bool:
+        """Store the edges of the contact in a rejected solution that overlaps beside it; return
+        whether there are any."""
+        failed = solution.failed
+        if failed is None or "overlap between nodes" not in wants_smaller_elements(failed.findings):
+            return super().mark_failed(solution)
+        self._edges = self._edges_of(replace(solution, steps=solution.tried))
+        return any(self._edges.values())
+
+    def _edges_of(self, solution: Solution) -> dict[str, list[Edge]]:
+        scales = {name: self._bodies[body].scale for name, (body, _) in self._sides.items()}
+        finest = {name: FINEST * scale for name, scale in scales.items()}
+        return edges_of_steps(solution, self._level.edge, finest)
 
     @property
     def estimate(self) -> float:
