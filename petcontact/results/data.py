@@ -17,8 +17,8 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
+from .number import Number
 from .number_errors import with_errors
-from .numbers import Number
 from .records import BodyResult, ContactFields, PairResult, StepResult, along_tangents, below
 from .report import Finding
 

@@ -22,7 +22,8 @@ from ..linalg.nearest import within
 from ..refinement.levels import LEAST_GAIN, MOST_GAIN
 from ..round_off import EPS
 from .evaluated import Evaluated, displacement_scale
-from .numbers import ENERGY, Key, Number, end_of, numbers_of, resultant, stress_name
+from .number import ENERGY, Key, Number
+from .numbers import end_of, numbers_of, resultant, stress_name
 from .records import PairResult
 from .stress_errors import NearStress, stress_change, stresses_near
 from .unbounded import unbounded_places

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,8 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED, first_largest
 from .contact_zones import areas, between_nodes, hidden_slip
 from .evaluated import Evaluated
-from .peaks import FINEST, QUANTITIES, stress_peaks
+from .number import ENERGY, Number
+from .peaks import QUANTITIES, stress_peaks
 from .records import PairResult, StepResult
 from .unbounded import Unbounded, unbounded_places
 
@@ -28,74 +28,8 @@ ACROSS, LOOKED_AT = (9, 33), (8, 1)
 first in the elements with the largest values at nodes, then in the best of them. A maximum is flat:
 a place that is 1/64 of an element away leaves 0.1 % of what the function varies by in it."""
 
-ENERGY = "dissipated energy"
-"""Name of the number; its unit is that of a moment."""
-Key = tuple[str, str, int, int]
-"""Of a number, as `Number.key`."""
 HELD = ("displacement", "symmetry", "periodic")
 """Conditions that hold a part."""
-
-
-@dataclass(frozen=True)
-class Number:
-    """One number, or vector, of a solution.
-
-    Attributes
-    ----------
-    name : str
-        What it is: "force", "largest p", ...
-    of : str
-        Name of the pair, obstacle or body.
-    step, cycle : int
-        Of the step at whose end it is; 0 of what belongs to no step.
-    value : (k,) array
-        The number, or its components.
-    unit : str
-        "stress", "length", "area", "force", "moment", "volume" or "rad".
-    scale : float
-        Sum of the sizes of what it was computed from: round-off is a share of it.
-    error : float
-        Estimated error; nan where it is not known, infinite where the number has no bound, 0 of
-        what is given.
-    alone : float
-        How far it may be off by what lies between two nodes, or increments, of one solution.
-    place : (d,) array, optional
-        Of a maximum [length].
-    part : str
-        Of the boundary, where a maximum lies; empty inside.
-    """
-
-    name: str
-    of: str
-    step: int
-    cycle: int
-    value: Array
-    unit: str
-    scale: float = 0.0
-    error: float = np.nan
-    alone: float = 0.0
-    place: Array | None = None
-    part: str = ""
-
-    @property
-    def key(self) -> Key:
-        """The name, the owner, the step and the cycle, by which numbers differ."""
-        return self.name, self.of, self.step, self.cycle
-
-    @property
-    def size(self) -> float:
-        """The length of the vector."""
-        return float(np.linalg.norm(self.value))
-
-    @property
-    def is_resultant(self) -> bool:
-        """Whether it is a force or a moment of something that acts."""
-        return self.unit in ("force", "moment") and self.name != ENERGY and self.scale > 0.0
-
-    def known_to(self, error: float) -> Number:
-        """Return the number with an error; an error of round-off is 0."""
-        least = SOLVED * max(self.scale, self.size)
-        return replace(self, error=0.0 if error <= least < np.inf else error)
 
 
 class _OfStep:
@@ -281,25 +215,7 @@ def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:
     for increments in steps:
         places = unbounded_places(solution, increments[-1]) if peaks else {}
         numbers += _OfStep(solution, increments, places).all()
-    return [*numbers, *(_peak_numbers(solution, [each[-1] for each in steps]) if peaks else [])]
-
-
-def _peak_numbers(solution: Evaluated, ends: list[StepResult]) -> Iterator[Number]:
-    for name, peaks in stress_peaks(solution, ends).items():
-        for peak, where in ((peaks.inside, "inside"), (peaks.surface, "on the surface")):
-            if peak is not None:
-                at = peak.step.step, peak.step.cycle, np.array([peak.value]), "stress"
-                yield Number(
-                    f"{name} stress {where}",
-                    peak.body,
-                    *at,
-                    alone=FINEST**2 * peak.value,
-                    place=peak.place,
-                    part=peak.part,
-                )
-        for body, place in peaks.unbounded:
-            end = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
-            yield Number(f"{name} stress at {place.sides}", body, *end, place.x, place.sides)
+    return [*numbers, *(stress_peaks(solution, [each[-1] for each in steps]) if peaks else [])]
 
 
 def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Array, int]:

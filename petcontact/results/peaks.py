@@ -9,7 +9,7 @@ largest counts; inside the body it is climbed to its top.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
 from ..round_off import SINGLE, SUMMED, first_largest
 from .evaluated import Evaluated
+from .number import Number
 from .peak_places import places_inside
 from .records import StepResult, step_ends
 from .unbounded import Unbounded, unbounded_places
@@ -41,72 +42,41 @@ like 1/r. Below the edge of a pressure of 100 on a bolted plate the first princi
 40 and 6 at 0.02, 0.1, 0.2 and 0.5, and 19 is the largest on the surface."""
 
 
-@dataclass(frozen=True)
-class StressPeak:
-    """The largest value of a stress at the ends of the steps.
+def stress_peaks(solution: Evaluated, ends: Sequence[StepResult] | None = None) -> list[Number]:
+    """Return the largest stresses of `QUANTITIES`, where they are finite somewhere, after some
+    increments, by default the ends of steps: inside, on the surface, and where they have no bound.
 
-    Attributes
-    ----------
-    value : float
-        [stress]
-    place : (d,) array
-        [length]
-    body, part : str
-        The part is empty inside of the body.
-    step : StepResult
+    They are those away from places without a bound; there is none where all stress only falls from
+    these, and none inside unless it is larger there than on the surface.
     """
-
-    value: float
-    place: Array
-    body: str
-    part: str
-    step: StepResult
-
-
-@dataclass(frozen=True)
-class Peaks:
-    """The largest of one stress.
-
-    Attributes
-    ----------
-    inside, surface : StressPeak or None
-        Away from places where it has no bound; None where all stress only falls from these. Inside
-        it is None unless it is larger there than on the surface.
-    unbounded : list of (str, Unbounded)
-        Body and place, where there are such.
-    """
-
-    inside: StressPeak | None
-    surface: StressPeak | None
-    unbounded: list[tuple[str, Unbounded]]
-
-
-def stress_peaks(solution: Evaluated, ends: Sequence[StepResult] | None = None) -> dict[str, Peaks]:
-    """Return the largest stresses by the names of `QUANTITIES`, where they are finite somewhere,
-    after some increments, by default the ends of steps."""
     # numbers of an altered file, or of a solve that failed, may overflow
     with np.errstate(all="ignore"):
         ends = step_ends(solution.steps or solution.tried) if ends is None else ends
         samples = [_Samples(solution, body, step) for step in ends for body in solution.meshes]
-        by_name = {name: _largest(samples, key) for name, key in QUANTITIES.items()}
-    return {name: peaks for name, peaks in by_name.items() if peaks != Peaks(None, None, [])}
+        return [number for name in QUANTITIES for number in _largest(samples, name)]
 
 
-def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
+def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
     """Return the largest of one stress over bodies and steps."""
+    key = QUANTITIES[name]
     peaks = [(peak, some) for some in samples for peak in some.peaks(key)]
-    tops, above = list[StressPeak | None](), -np.inf
+    tops, above = list[Number | None](), -np.inf
     for on in (True, False):
         of_kind = (each for each in peaks if bool(each[0].part) == on)
-        largest = max(of_kind, key=lambda each: each[0].value, default=None)
+        largest = max(of_kind, key=lambda each: float(each[0].value[0]), default=None)
         tops.append(largest and largest[1].top(key, largest[0], above))
-        above = (1.0 + MORE) * tops[0].value if tops[0] else above
+        above = (1.0 + MORE) * float(tops[0].value[0]) if tops[0] else above
     unbounded = {
-        (some.body, place.sides): (some.body, place)
+        (some.body, place.sides): some.without_bound(name, place)
         for some in reversed(samples)
         for place in some.exceeding(key, tops[0])
     }
-    return Peaks(tops[1], tops[0], list(unbounded.values()))
+    named = [
+        replace(top, name=f"{name} stress {where}", alone=FINEST**2 * float(top.value[0]))
+        for top, where in zip(reversed(tops), ("inside", "on the surface"), strict=True)
+        if top is not None
+    ]
+    return [*named, *unbounded.values()]
 
 
 def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> str:
@@ -147,8 +117,14 @@ class _Samples:
         # a rigid motion leaves round-off of E times displacement over the size of the body
         self._least = max(NOTHING * largest, SUMMED * material.young_modulus * strain)
 
-    def peaks(self, key: str) -> Iterator[StressPeak]:
-        """Yield the largest samples on the boundary and inside, away from unbounded places."""
+    def without_bound(self, name: str, place: Unbounded) -> Number:
+        """Return the number that says that a stress has no bound at a place, in no step."""
+        end = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
+        return Number(f"{name} stress at {place.sides}", self.body, *end, place.x, place.sides)
+
+    def peaks(self, key: str) -> Iterator[Number]:
+        """Yield the largest samples on the boundary and inside, away from unbounded places; they
+        have no names yet."""
         values = self._values(key)
         count = len(self._element)
         usable = np.isfinite(values) & ~self._beside
@@ -158,19 +134,20 @@ class _Samples:
                 k = int(rows[first_largest(values[rows])])
                 mesh = self._fields.mesh
                 part = mesh.part_names[mesh.part[self._element[k]]] if k < count else ""
-                yield StressPeak(float(values[k]), self._x[k], self.body, part, self._step)
+                end = self._step.step, self._step.cycle, values[k : k + 1], "stress"
+                yield Number("", self.body, *end, place=self._x[k], part=part)
 
-    def exceeding(self, key: str, peak: StressPeak | None) -> list[Unbounded]:
+    def exceeding(self, key: str, peak: Number | None) -> list[Unbounded]:
         """Return the unbounded places next to which a sample is larger than a peak."""
         values = self._values(key)[: len(self._element)]
-        bound = self._least if peak is None else max(peak.value, self._least)
+        bound = self._least if peak is None else max(float(peak.value[0]), self._least)
         return [
             place
             for place in self._places
             if not place.elements or values[np.isin(self._element, place.elements)].max() > bound
         ]
 
-    def top(self, key: str, peak: StressPeak, above: float) -> StressPeak | None:
+    def top(self, key: str, peak: Number, above: float) -> Number | None:
         """The top near a sample; None where it is not above a bound, or where the way up leads
         inside to a place without a bound.
 
@@ -178,10 +155,11 @@ class _Samples:
         from place to place. On the surface the way leads no nearer to a place without a bound than
         its reach, so that what is found does not depend on where the samples lie.
         """
-        value, place = peak.value, peak.place
+        value, place = float(peak.value[0]), peak.place
+        assert place is not None  # those of `peaks` have one
         if value <= self._least:
             return peak if value > above else None
-        ways, apart = self._ways(peak)
+        ways, apart = self._ways(place, peak.part)
         step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[len(place) + 1])
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place + step * ways, peak.part)
@@ -200,14 +178,14 @@ class _Samples:
             step *= 2.0 if leads_on else apart
             if step < FINEST * first:
                 break
-        return replace(peak, value=value, place=place) if value > above else None
+        return replace(peak, value=np.array([value]), place=place) if value > above else None
 
-    def _ways(self, peak: StressPeak) -> tuple[Array, float]:
-        """The ways (k, d) from the place of a peak to those of a grid of half width 1, inside or on
+    def _ways(self, place: Array, part: str) -> tuple[Array, float]:
+        """The ways (k, d) from a place to those of a grid of half width 1, inside or on
         the plane that touches the surface, and how far apart these are."""
-        mesh, axes = self._fields.mesh, np.eye(len(peak.place))
-        if peak.part:
-            foot = located(mesh, peak.place[None], peak.part, within=sizes(mesh))
+        mesh, axes = self._fields.mesh, np.eye(len(place))
+        if part:
+            foot = located(mesh, place[None], part, within=sizes(mesh))
             axes = mesh.tangents_to(mesh.at(*foot)[1])[0]
         count = round(GRID ** (1.0 / len(axes)))
         grid = np.meshgrid(*[np.linspace(-1.0, 1.0, count)] * len(axes))

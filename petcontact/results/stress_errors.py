@@ -18,7 +18,8 @@ from ..fields.boundary.places import located, sizes
 from ..mesh.boundary_mesh import BoundaryMesh
 from .corners import corners_of
 from .evaluated import Evaluated
-from .numbers import Key, Number, end_of, stress_name
+from .number import Key, Number
+from .numbers import end_of, stress_name
 from .peaks import FINEST
 from .unbounded import unbounded_places
 

@@ -15,6 +15,7 @@ from petcontact import InputError, read_result, solve
 from petcontact.geometry.rotation import lifted
 from petcontact.model.case import load
 from petcontact.results.peaks import stress_peaks
+from petcontact.results.records import step_ends
 from petcontact.results.report import as_json
 from petcontact.results.tables import boundary_table
 
@@ -137,10 +138,12 @@ def test_stress_on_the_boundary(solution, tmp_path):
     ]
     assert np.array_equal(table["sigma_xy"], np.concatenate(shear))
     peaks = stress_peaks(solution)
-    assert set(peaks) == {"von Mises", "first principal"}
     # all of a coarse mesh may lie beside edges without a bound
     assert re.search("  largest von Mises stress: |has no bound", solution.verdict())
     for name, values in (("von Mises", "von_mises"), ("first principal", "first_principal")):
-        for peak in filter(None, (peaks[name].inside, peaks[name].surface)):
-            found = solution.state_at(peak.place[None], peak.body, peak.step, peak.part or None)
-            assert peak.value == pytest.approx(getattr(found, values)[0], rel=1e-6)
+        stresses = [each for each in peaks if each.name.startswith(name)]
+        assert stresses
+        for peak in (each for each in stresses if np.isfinite(each.value[0])):
+            (step,) = [each for each in step_ends(solution.steps) if each.step == peak.step][-1:]
+            found = solution.state_at(peak.place[None], peak.of, step, peak.part or None)
+            assert peak.value[0] == pytest.approx(getattr(found, values)[0], rel=1e-6)

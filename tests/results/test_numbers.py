@@ -20,7 +20,8 @@ from petcontact.reference.hertz import LineContact, contact_modulus
 from petcontact.refinement.levels import MOST_GAIN
 from petcontact.results import number_errors, stress_errors
 from petcontact.results.evaluated import displacement_scale
-from petcontact.results.numbers import ENERGY, Number, maximum
+from petcontact.results.number import ENERGY, Number
+from petcontact.results.numbers import maximum
 
 
 @pytest.fixture(scope="module")

@@ -16,14 +16,13 @@ def test_under_a_cylinder_the_largest_von_mises_stress_lies_inside():
     """Johnson, Contact Mechanics, 4.2: at a depth of 0.70 half widths; the value is that of a grid."""
     solution = solve("configs/hertz.toml")
     pair = next(iter(solution.pairs.values()))
-    peak = stress_peaks(solution)["von Mises"]
-    assert peak.inside is not None and peak.surface is not None
+    inside, surface = (each for each in stress_peaks(solution) if each.name.startswith("von Mises"))
     half = 0.5 * pair.area
-    assert -peak.inside.place[1] == pytest.approx(0.70 * half, rel=0.05)
+    assert -inside.place[1] == pytest.approx(0.70 * half, rel=0.05)
     x, y = np.meshgrid(np.linspace(-0.3, 0.3, 13) * half, np.linspace(-1.1, -0.4, 29) * half)
     grid = solution.von_mises_at(np.column_stack([x.ravel(), y.ravel()]))
-    assert grid.max() * (1.0 - 1e-12) <= peak.inside.value <= 1.001 * grid.max()
-    assert peak.surface.value < 0.7 * peak.inside.value
+    assert grid.max() * (1.0 - 1e-12) <= inside.value[0] <= 1.001 * grid.max()
+    assert surface.value[0] < 0.7 * inside.value[0]
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -33,8 +32,8 @@ def test_a_strip_along_a_clamped_edge_is_left_out(d):
     sides = moved("bottom", [0.0] * d), drawn("top", [0.1, *[0.0] * (d - 1)])
     mesh = {"element_size": (0.1, 0.5)[d - 2], "order": (2, 1)[d - 2]}
     solution = solve(problem(body=[solid("block", shape, *sides, mesh=mesh)]))
-    for peaks in stress_peaks(solution).values():
-        x, up = peaks.surface.place[:-1], peaks.surface.place[-1]
+    for peak in (each for each in stress_peaks(solution) if each.name.endswith("on the surface")):
+        x, up = peak.place[:-1], peak.place[-1]
         away = np.hypot(up, np.minimum(x, 1.0 - x).min())
         assert 0.0499 < away < 0.2
 

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from ...mesh.storage import demand
-from ..numbers import Number
+from ..number import Number
 
 KINDS: dict[str, Any] = {
     "str": str,

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...model.problem import ONE_BODY
 from ...runtime.terminal import printable
-from ..numbers import Number
+from ..number import Number
 from ..peaks import QUANTITIES
 from .steps import Teller
 from .text import place_of, wrapped

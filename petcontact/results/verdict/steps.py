@@ -13,7 +13,8 @@ from ...model.summary import value_text
 from ...round_off import WRITTEN
 from ...runtime.terminal import printable
 from ..data import SolutionData
-from ..numbers import Number, maximum
+from ..number import Number
+from ..numbers import maximum
 from ..records import PairResult, StepResult, WearHistory
 from .text import WIDTH, place_of, told, unit_of, wrapped
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Array, shown
 from ...model.bodies import Units
 from ...runtime.terminal import printable
-from ..numbers import Number
+from ..number import Number
 
 WIDTH, KEPT = 80, "\xa0"
 """Of a line, and a space at which none is broken."""
