@@ -63,12 +63,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         return 0
     if arguments.search or words not in pages():
         print(_found(words))
-        return 0
-    text = chapter(words)
-    if not sys.stdout.isatty():
-        print(text, end="")
-        return 0
-    _shown(text)
+    elif sys.stdout.isatty():
+        _shown(chapter(words))
+    else:
+        print(chapter(words), end="")
     return 0
 
 

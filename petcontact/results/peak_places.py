@@ -38,10 +38,7 @@ def _lattice(mesh: BoundaryMesh) -> Array:
     axes = [
         a + (b - a) * (np.arange(n) + 0.5) / n
         for a, b, n in zip(low, high, np.ceil((high - low) / spacing).astype(int), strict=True)
-        if n > 0
     ]
-    if len(axes) < mesh.dim:
-        return np.zeros((0, mesh.dim))
     return np.column_stack([axis.ravel() for axis in np.meshgrid(*axes)])
 
 

@@ -29,27 +29,22 @@ class Progress:
     counters : Counters
     cases : int
         To compute in this run.
-    enabled : bool
     """
 
-    def __init__(self, counters: Counters, cases: int, *, enabled: bool) -> None:
+    def __init__(self, counters: Counters, cases: int) -> None:
         self._counters, self._cases, self._began = counters, cases, time.monotonic()
         self._first: tuple[float, int] | None = None
         self._over = threading.Event()
-        self._status = StatusLine(enabled and sys.stderr.isatty())
-        self._thread = (
-            threading.Thread(target=self._watch, daemon=True) if enabled and cases else None
-        )
+        self._status = StatusLine(sys.stderr.isatty())
+        self._thread = threading.Thread(target=self._watch, daemon=True)
 
     def __enter__(self) -> None:
-        if self._thread is not None:
-            self._thread.start()
+        self._thread.start()
 
     def __exit__(self, *error: object) -> None:
         self._over.set()
-        if self._thread is not None:
-            self._thread.join()
-            self._status.close()
+        self._thread.join()
+        self._status.close()
 
     def _watch(self) -> None:
         pause = 0.0 if self._status.enabled else PLAIN

@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -227,9 +228,9 @@ class _Worker:
         """Compute what the team is dealt until nothing is left, and wait for the others."""
         self.log.written = lambda rows, failed: counters.count({DONE: rows, FAILED: failed})
         all_meet(world)
-        with Progress(
-            counters, sum(len(part.places) for part in parts), enabled=world.Get_rank() == 0
-        ):
+        cases = sum(len(part.places) for part in parts)
+        told = Progress(counters, cases) if cases and world.Get_rank() == 0 else nullcontext()
+        with told:
             batches = dealt(parts, counters)
             try:
                 while (batch := self.team.decide(lambda: next(batches, None))) is not None:

@@ -81,7 +81,7 @@ def test_teams_end_near_together_though_costs_are_wrong_by_half(tmp_path):
 
 def test_the_progress_line_counts_what_is_on_the_disk(tmp_path):
     counters = Counters(tmp_path)
-    progress = Progress(counters, 8, enabled=False)
+    progress = Progress(counters, 8)
     assert progress.line(1.0) == "0 of 8 cases done, 0 failed"
     counters.count({DONE: 2, FAILED: 1})  # they waited for what all cases share
     assert progress.line(600.0) == "2 of 8 cases done, 1 failed"
