@@ -8,6 +8,7 @@ import contextlib
 import difflib
 import gc
 import importlib
+import math
 import os
 import re
 import sys
@@ -18,6 +19,7 @@ from .. import __version__
 from ..runtime.failures import guarded
 from ..runtime.petsc import failure_comm
 from ..runtime.threads import cap_blas_threads
+from .options import real
 
 COMMANDS = {
     "init": "write a commented starter config",
@@ -104,11 +106,7 @@ def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
 
 def _is_value(word: str, option: str) -> bool:
     if word.startswith("-"):
-        try:
-            float(word)
-        except ValueError:
-            return False
-        return True
+        return not math.isnan(real(word))
     return option == "-options_file" or ":" in word or not word.endswith((".toml", ".h5"))
 
 

@@ -177,9 +177,13 @@ def legend_beside(axes: Any) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
+def new_label(axes: Any, word: str) -> str | None:
+    """A word for the legend; none where it stands there already."""
+    return None if word in axes.get_legend_handles_labels()[1] else word
+
+
 def draw_states(axes: Any, points: Any, states: Any) -> None:
     """Contact nodes (m, 2) by their state: a shape and a colour each."""
-    named = axes.get_legend_handles_labels()[1]
     for state, (name, colour, marker) in STATES.items():
         chosen = states == state
         if chosen.any():
@@ -191,7 +195,7 @@ def draw_states(axes: Any, points: Any, states: Any) -> None:
                 mec="black",
                 mew=0.2,
                 ms=3.0,
-                label=None if name in named else name,
+                label=new_label(axes, name),
             )
 
 

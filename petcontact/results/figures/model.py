@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...mesh.curve_mesh import CurveMesh, as_curve
-from ...runtime.figure_style import legend_below, plain
+from ...runtime.figure_style import legend_below, new_label, plain
 from ..data import SolutionData
 from ..vtu.inside import filled_bodies
 from .model_in_space import draw_space
@@ -83,8 +83,7 @@ def _edge(axes: Any, mesh: CurveMesh, part: LabelledPart) -> None:
     """A part that may touch, as a thick line."""
     for elements in stretches(mesh, part.name):
         x = mesh.on_elements(elements, np.linspace(-1.0, 1.0, 5))[0].reshape(-1, 2)
-        word = "contact" if "contact" not in axes.get_legend_handles_labels()[1] else None
-        axes.plot(*x.T, color=KINDS["contact"], lw=2.4, label=word)
+        axes.plot(*x.T, color=KINDS["contact"], lw=2.4, label=new_label(axes, "contact"))
 
 
 def _named(axes: Any, mesh: CurveMesh, part: LabelledPart, taken: list[Any], away: float) -> None:

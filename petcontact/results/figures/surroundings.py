@@ -14,7 +14,7 @@ from ...contact.law_protocol import OPEN
 from ...geometry.rotation import MOTIONS
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.bodies import Displacement, Symmetry, Traction
-from ...runtime.figure_style import COLOURS
+from ...runtime.figure_style import COLOURS, new_label
 from ..data import SolutionData
 from ..records import ObstacleResult
 from .view import View
@@ -96,9 +96,7 @@ def _rigid(x: Array, centre: Any, found: ObstacleResult) -> Array:
 def _band(axes: Any, near: Array, far: Array, word: str) -> None:
     """The edge of something rigid: a line, and what `BEHIND` says."""
     style = {"edgecolor": EDGE, "lw": 0.0, **BEHIND[word]}
-    named = axes.get_legend_handles_labels()[1]
-    label = None if word in named else word
-    axes.fill(*np.vstack([near, far[::-1]]).T, label=label, zorder=0.5, **style)
+    axes.fill(*np.vstack([near, far[::-1]]).T, label=new_label(axes, word), zorder=0.5, **style)
     axes.plot(*near.T, color=EDGE, lw=1.0, zorder=1.5)
 
 
@@ -112,9 +110,14 @@ def draw_supports(axes: Any, solution: SolutionData, view: View) -> None:
         ):
             start = 0.5 * high * side.normal
             rollers = spread(side.x, size / ARROWS)
-            word = "roller" if "roller" not in axes.get_legend_handles_labels()[1] else None
             axes.plot(
-                *(side.x + start)[rollers].T, "o", ms=4.0, mfc="w", mec=EDGE, mew=0.8, label=word
+                *(side.x + start)[rollers].T,
+                "o",
+                ms=4.0,
+                mfc="w",
+                mec=EDGE,
+                mew=0.8,
+                label=new_label(axes, "roller"),
             )
             axes.plot(*(side.x + 2.0 * start).T, color=EDGE, lw=1.0)
         elif isinstance(condition, Displacement):
@@ -178,7 +181,7 @@ def draw_arrows(
     )
     axes.update_datalim(np.vstack([start, start + arrows[shown]]))
     axes.autoscale_view()
-    if word not in axes.get_legend_handles_labels()[1]:
+    if new_label(axes, word):
         axes.plot([], [], ls="", marker=r"$\rightarrow$", color=colour, ms=10.0, label=word)
 
 
