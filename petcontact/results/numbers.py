@@ -194,12 +194,6 @@ def resultant(pair: PairResult) -> tuple[float, float]:
     return size, size * float(np.abs(pair.x).max(initial=0.0))
 
 
-def ends_of_steps(solution: Evaluated) -> Iterator[list[StepResult]]:
-    """Yield the increments of each step, in the first cycle and in later ones."""
-    for _, some in itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle)):
-        yield list(some)
-
-
 def end_of(solution: Evaluated, number: Number) -> StepResult:
     """The last increment of the step that a number belongs to."""
     at = number.step, number.cycle
@@ -211,7 +205,10 @@ def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:
 
     The largest stresses are among them if `peaks` is true.
     """
-    numbers, steps = list[Number](), list(ends_of_steps(solution))
+    numbers = list[Number]()
+    # the increments of each step, in the first cycle and in later ones
+    by_step = itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle))
+    steps = [list(some) for _, some in by_step]
     for increments in steps:
         places = unbounded_places(solution, increments[-1]) if peaks else {}
         numbers += _OfStep(solution, increments, places).all()
