@@ -19,8 +19,8 @@ from ...model.base import parse
 from ...model.problem import ONE_BODY, Problem
 from ..data import SolutionData
 from ..records import BodyResult, ContactFields, PairResult, StepResult
-from ..report import Accuracy, Provenance, from_table
 from .checks import check_fields, check_history, check_pair, read_table
+from .report import read_report
 
 
 def read_format1(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
@@ -82,12 +82,7 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
         float(attributes["residual"]),
         history,
     )
-    zones = [
-        (part, float(a), float(b), int(s))
-        for part, (a, b, s) in zip(
-            json.loads(attributes["zone_parts"]), attributes["zones"], strict=True
-        )
-    ]
+    report = read_report(group, attributes, source)
     return SolutionData(
         problem,
         {ONE_BODY: mesh},
@@ -97,16 +92,18 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
         status,
         reason,
         read_table(attributes["timings"], f"{source}: timings", numbers=True),
-        *_report(attributes, source, zones),
+        replace(
+            report[0],
+            zones=[
+                (part, float(a), float(b), int(s))
+                for part, (a, b, s) in zip(
+                    json.loads(attributes["zone_parts"]), attributes["zones"], strict=True
+                )
+            ],
+        ),
+        *report[1:],
         failed=None if status == "converged" else step,
     )
-
-
-def _report(
-    attributes: dict[str, Any], source: str, zones: list[tuple[str, float, float, int]]
-) -> tuple[Accuracy, Provenance]:
-    info = read_table(attributes["info"], f"{source}: info")
-    return replace(from_table(Accuracy, info), zones=zones), from_table(Provenance, info)
 
 
 def _ground_pair(

@@ -41,12 +41,9 @@ def read_report(
     )
     rows = group["findings"][()]
     demand(rows.dtype.names == FINDING.names, f"{source}: findings is another table")
-    columns = {
-        name: [value.decode() if isinstance(value, bytes) else float(value) for value in column]
-        for name, column in zip(FINDING.names or (), zip(*rows.tolist(), strict=True), strict=False)
-    }
-    findings = [
-        Finding(**dict(zip(columns, row, strict=True)))
-        for row in zip(*columns.values(), strict=True)
+    plain: list[list[Any]] = [
+        [value.decode() if isinstance(value, bytes) else float(value) for value in row]
+        for row in rows.tolist()
     ]
-    return from_table(Accuracy, accuracy), from_table(Provenance, provenance), tuple(findings)
+    findings = tuple(Finding(*row) for row in plain)
+    return from_table(Accuracy, accuracy), from_table(Provenance, provenance), findings
