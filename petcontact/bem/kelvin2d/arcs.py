@@ -20,7 +20,7 @@ import numpy as np
 
 from ...arrays import Array, Complex, Rows
 from ...geometry.arcs import half_angles
-from ...mesh.basis import gauss, product_weights
+from ...mesh.basis import product_weights
 from . import moments
 from .moments import RULES, Parts
 from .segments import Segments
@@ -84,14 +84,6 @@ class Arcs(Segments, Rows):
         |ln(1+u)| >= ln(1+|u|)."""
         stretched = np.minimum(radius * np.abs(self.angle), 300.0)
         return np.asarray(np.expm1(stretched) / np.abs(self.curvature))
-
-    def nodes(self, points: int) -> tuple[Complex, Complex]:
-        """Return the points of Gauss quadrature and dx/ds there, (q, n)."""
-        s, _ = gauss(points - 1)
-        turn = np.multiply.outer(s, self.angle)
-        # (exp(iαs) - 1)/(iκ), without cancellation for flat arcs
-        chord = self.half * s[:, None] * np.sinc(0.5 * turn / np.pi) * np.exp(0.5j * turn)
-        return self.middle + self.tangent * chord, self.tangent * self.half * np.exp(1j * turn)
 
     def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
         """Return the integrals of the trigonometric kernels for one close target of each arc. They

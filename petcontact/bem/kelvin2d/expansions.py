@@ -23,7 +23,7 @@ import numpy as np
 from ...arrays import Array, Complex
 from ...mesh.basis import gauss, product_weights
 from ...mesh.elements import Elements
-from .integrals import shape_of
+from ...mesh.pairs.curves import Curves
 from .kernel import Kelvin2D
 
 TERMS = 44
@@ -92,6 +92,14 @@ class Expansion:
         )
 
 
+def _quadrature(elements: Elements) -> tuple[Complex, Complex]:
+    """Gauss points of all elements, the first of each before the second ones, and dx/ds there."""
+    curves, count = Curves(elements.start, elements.end, elements.curvature), len(elements.index)
+    number = np.tile(np.arange(count), POINTS)
+    x, normal = curves.at(number, np.repeat(0.5 * (1.0 + gauss(POINTS - 1)[0]), count))
+    return x @ [1.0, 1j], 0.5 * curves.length[number] * (normal @ [1j, -1.0])
+
+
 def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> Expansion:
     """Return the field of some elements of one kind.
 
@@ -105,10 +113,7 @@ def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> 
         [length].
     """
     order = elements.order
-    x, dx = np.empty((2, POINTS, len(elements.index)), dtype=np.complex128)
-    for chosen in (np.flatnonzero(~elements.curved), np.flatnonzero(elements.curved)):
-        if len(chosen):
-            x[:, chosen], dx[:, chosen] = shape_of(elements.take(chosen)).nodes(POINTS)
+    x, dx = _quadrature(elements)
     _, product = product_weights(order, POINTS)
     # values at the points, times the weights
     u_x, t = (
@@ -122,8 +127,8 @@ def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> 
     radius = float(
         max(np.abs(x - centre).max(), np.hypot(*(ends - [centre.real, centre.imag]).T).max())
     )
-    s: Complex = ((x - centre) / radius).ravel()
-    weight, dx = np.repeat(gauss(POINTS - 1)[1], len(elements.index)), dx.ravel() / radius
+    s: Complex = (x - centre) / radius
+    weight, dx = np.repeat(gauss(POINTS - 1)[1], len(elements.index)), dx / radius
     ds = np.abs(dx)
     mixed = u_x * dx.conj() - u_x.conj() * dx
     densities = np.stack(

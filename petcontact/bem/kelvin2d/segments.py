@@ -41,13 +41,6 @@ class Segments:
         size = np.hypot(chord.real, chord.imag)
         return Segments(first, last, 0.5 * (first + last), chord / size, 0.5 * size)
 
-    def nodes(self, points: int) -> tuple[Complex, Complex]:
-        """Points of Gauss quadrature and dx/ds there, (q, n)."""
-        step: Complex = self.tangent * self.half
-        return self.middle + gauss(points - 1)[0][:, None] * step, np.broadcast_to(
-            step, (points, len(step))
-        )
-
     def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
         """Return the integrals of the powers of 1/(s-z) for one close target of each element; see
         `moments.powers`."""

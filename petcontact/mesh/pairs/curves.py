@@ -40,24 +40,35 @@ class Curves(Faces):
     def at(self, number: Index, fraction: Array) -> tuple[Array, Array]:
         """Return points (k, 2) and outward normals (k, 2) at fractions of the arc length of
         curves."""
-        start, end, bend = self.start[number], self.end[number], self.curvature[number]
-        return on_arcs(
-            start, end, half_angles(np.hypot(*(end - start).T), bend), 2.0 * fraction - 1.0
-        )
+        ends = self.start[number], self.end[number]
+        return on_arcs(*ends, self.alpha[number], 2.0 * fraction - 1.0)
 
     def spread(self, number: Index, share: Array) -> Array:
         """See `Faces.spread`."""
         return share[:, 0]
 
-    @property
+    @functools.cached_property
+    def chord(self) -> Array:
+        """Distance of the ends of each curve, (n,) [length]."""
+        return np.asarray(np.hypot(*(self.end - self.start).T))
+
+    @functools.cached_property
+    def alpha(self) -> Array:
+        """Half the angle through which each curve turns, (n,) [rad]."""
+        return half_angles(self.chord, self.curvature)
+
+    @functools.cached_property
+    def length(self) -> Array:
+        """Arc length of each curve, (n,) [length]."""
+        return arc_lengths(self.chord, self.alpha)
+
+    @functools.cached_property
     def centre(self) -> Array:
         """Centres of the arcs (n, 2); not a number for straight lines."""
-        chord = self.end - self.start
-        size = np.hypot(*chord.T)
-        alpha = half_angles(size, self.curvature)
-        left = np.column_stack([-chord[:, 1], chord[:, 0]]) / size[:, None]
+        x, y = (self.end - self.start).T
+        left = np.column_stack([-y, x]) / self.chord[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
-            rise = np.where(self.curvature == 0.0, np.nan, np.cos(alpha) / self.curvature)
+            rise = np.where(self.curvature == 0.0, np.nan, np.cos(self.alpha) / self.curvature)
         return np.asarray(0.5 * (self.start + self.end) + rise[:, None] * left)
 
     def __len__(self) -> int:
@@ -130,12 +141,6 @@ class Curves(Faces):
             np.where(seen, hits.face, -1), hits.place, np.where(seen, hits.distance, np.inf)
         )
 
-    @functools.cached_property
-    def _length(self) -> Array:
-        """Arc length of each curve [length]."""
-        chord = np.hypot(*(self.end - self.start).T)
-        return arc_lengths(chord, half_angles(chord, self.curvature))
-
     def segments(
         self, other: Curves, order: Index, opposite: Index, direction: Array | None
     ) -> FacingSegments:
@@ -157,7 +162,7 @@ class Curves(Faces):
             facing = (hits.face >= 0) & (
                 np.sum(along(direction, normal) * normal, axis=1) > WRITTEN
             )
-            weights = (0.5 * weight * width).ravel() * self._length[face]
+            weights = (0.5 * weight * width).ravel() * self.length[face]
             parts.append(FacingSegments(face, place, hits.face, hits.place, weights).take(facing))
         return FacingSegments.joined(parts)
 
@@ -225,13 +230,11 @@ def _cast_on_arcs(x: Array, direction: Array, curves: Curves, bent: Index) -> tu
 def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
     """Return the fractions of points with given offsets (m, k, 2) from the centres."""
     first = (curves.start - curves.centre)[bent]
-    size = np.hypot(*(curves.end - curves.start)[bent].T)
-    whole = 2.0 * half_angles(size, curves.curvature[bent])
     angle = np.arctan2(
         first[:, 0] * offset[..., 1] - first[:, 1] * offset[..., 0],
         np.einsum("kc,mkc->mk", first, offset),
     )
-    return np.asarray(angle / whole)
+    return np.asarray(angle / (2.0 * curves.alpha[bent]))
 
 
 def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
@@ -240,8 +243,7 @@ def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
 
     The distances are along the curves' normals.
     """
-    chord = curves.end - curves.start
-    length = np.hypot(*chord.T)
+    chord, length = curves.end - curves.start, curves.chord
     away = x[:, None] - curves.start[None]
     fraction = np.einsum("mkc,kc->mk", away, chord) / length**2
     distance = (away[..., 0] * chord[:, 1] - away[..., 1] * chord[:, 0]) / length
@@ -276,22 +278,20 @@ def _under_feet(x: Array, normal: Array, curves: Curves) -> Mask:
 
     They are all arcs, and straight curves whose extent the points overlap.
     """
-    centre, middle, size = _around(x, curves)
+    centre, middle, _ = _around(x, curves)
     chord, offset = curves.end - curves.start, centre[0] - middle
-    length = np.hypot(*chord.T)
     overlaps = np.abs(offset[:, 0] * chord[:, 0] + offset[:, 1] * chord[:, 1]) <= (
         1.0 + WRITTEN
-    ) * length * (centre[1] + size)
+    ) * curves.chord * (centre[1] + curves.length)
     return np.asarray(overlaps | (curves.curvature != 0.0))
 
 
 def _around(x: Array, curves: Curves) -> tuple[tuple[Array, float], Array, Array]:
     """Return bounding circles: the centre and radius of points, and the centres (n, 2) and radii
     (n,) of curves."""
-    centre, chord = x.mean(axis=0), curves.end - curves.start
-    length = np.hypot(*chord.T)
-    size = arc_lengths(length, half_angles(length, curves.curvature))
-    return (centre, float(np.hypot(*(x - centre).T).max())), 0.5 * (curves.start + curves.end), size
+    centre = x.mean(axis=0)
+    reach = float(np.hypot(*(x - centre).T).max())
+    return (centre, reach), 0.5 * (curves.start + curves.end), curves.length
 
 
 MAY_MEET: dict[
