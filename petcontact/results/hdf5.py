@@ -15,7 +15,7 @@ import numpy as np
 
 from ..contact.state import COLUMNS, History
 from ..errors import ResultError
-from ..mesh.storage import demand, read_mesh, write_mesh
+from ..mesh.storage import read_mesh, write_mesh
 from ..model.base import parse
 from ..model.bodies import Units
 from ..model.problem import Problem
@@ -259,21 +259,6 @@ def _contact(solution: SolutionData) -> dict[str, Any]:
     return fields
 
 
-def _check_one_body(group: Any, solution: SolutionData, source: str) -> None:
-    """Refuse second names that are not those of the last increment: other programs read them."""
-    demand({"mesh", "boundary"} <= set(group), f"{source}: damaged (/mesh or /boundary is missing)")
-    for key, values in _contact(solution).items() if solution.nodes else ():
-        stored = group[f"contact/{key}"][()]
-        if key == "part":
-            same = stored.tolist() == [name.encode() for name in values.tolist()]
-        else:
-            scale = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
-            same = stored.shape == values.shape and np.allclose(
-                stored, values, rtol=1e-9, atol=1e-12 * scale
-            )
-        demand(same, f"{source}: damaged (contact/{key} is not that of the last increment)")
-
-
 def describe(item: Any, path: str, units: Units) -> None:
     """Write the attributes `unit` and `description` of a dataset.
 
@@ -351,7 +336,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
             )
         for name, pair in step.pairs.items():
             check_pair(meshes[sides[name][0]], nodes[name], vars(pair), f"{source}: contact/{name}")
-    solution = SolutionData(
+    return SolutionData(
         problem,
         meshes,
         nodes,
@@ -365,9 +350,6 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
         read_wear(group, nodes, source),
         written=read_numbers(group, source),
     )
-    if attributes["format_version"] == FORMAT_VERSION and len(meshes) == 1:
-        _check_one_body(group, solution, source)
-    return solution
 
 
 def _read_history(rows: dict[str, Any], increment: int) -> History:

@@ -120,21 +120,33 @@ def with_value(value):
 
 
 TAMPERED = {
-    "short": (to(lambda v: v[:-1]), "boundary/u contact/u_t contact/nodes contact/part mesh/order"),
-    "more columns": (to(lambda v: np.hstack([v, v])), "boundary/u contact/u_t mesh/vertices"),
-    "scalar": (to(lambda v: v.ravel()[0]), "boundary/u contact/weight mesh/part"),
-    "nan": (to(with_value(np.nan)), "boundary/u contact/u_t mesh/vertices mesh/curvature"),
-    "complex": (to(lambda v: v + 1j), "boundary/u contact/sigma_t"),
-    "large": (to(with_value(10**9)), "contact/nodes mesh/elements mesh/order mesh/part"),
-    "negative": (to(with_value(-1)), "contact/nodes contact/state mesh/order mesh/elements"),
-    "fractions": (to(lambda v: v + 0.5), "contact/nodes mesh/elements mesh/part"),
-    "words": (to(lambda v: np.array([b"x"] * len(v))), "boundary/u mesh/order contact/part"),
+    "short": (
+        to(lambda v: v[:-1]),
+        "boundary/u steps/1/contact/bottom/slip pairs/bottom/nodes mesh/order",
+    ),
+    "more columns": (
+        to(lambda v: np.hstack([v, v])),
+        "boundary/u steps/1/contact/bottom/slip mesh/vertices",
+    ),
+    "scalar": (to(lambda v: v.ravel()[0]), "boundary/u steps/1/contact/bottom/weight mesh/part"),
+    "nan": (
+        to(with_value(np.nan)),
+        "boundary/u steps/1/contact/bottom/slip mesh/vertices mesh/curvature",
+    ),
+    "complex": (to(lambda v: v + 1j), "boundary/u steps/1/contact/bottom/sigma_t"),
+    "large": (to(with_value(10**9)), "pairs/bottom/nodes mesh/elements mesh/order mesh/part"),
+    "negative": (
+        to(with_value(-1)),
+        "pairs/bottom/nodes steps/1/contact/bottom/state mesh/order mesh/elements",
+    ),
+    "fractions": (to(lambda v: v + 0.5), "pairs/bottom/nodes mesh/elements mesh/part"),
+    "words": (to(lambda v: np.array([b"x"] * len(v))), "boundary/u mesh/order"),
     "missing": (
         lambda file, name: file.__delitem__(name),
-        "mesh contact/u_t history/rho boundary/u mesh/order",
+        "bodies/body/mesh steps/1/contact/bottom/slip history/rho boundary/u mesh/order",
     ),
-    "external": (external, "boundary/u contact/u_t"),
-    "link": (to(lambda v: h5py.ExternalLink("other.h5", "/x")), "boundary/u contact/nodes"),
+    "external": (external, "boundary/u steps/1/contact/bottom/slip"),
+    "link": (to(lambda v: h5py.ExternalLink("other.h5", "/x")), "boundary/u pairs/bottom/nodes"),
     "soft link": (to(lambda v: h5py.SoftLink("/boundary/u")), "boundary/traction"),
     "claimed": (claimed, "boundary/u"),
 }
