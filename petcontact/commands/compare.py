@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
 from .options import option, options, positives
 
 add_arguments = options(
@@ -47,6 +46,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Run, print, write; exit status 0 however the contenders fare."""
     from ..compare.report import csv_text, markdown, write_figures
     from ..compare.run import CONTENDERS, RHOS, Trial, compare
+    from ..model.hints import demand_name
     from ..runtime.atomic_write import write_text
     from ..runtime.terminal import StatusLine
     from ..runtime.world import world
@@ -54,10 +54,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     names = arguments.methods.split(",") if arguments.methods else None
     for name in names or ():
-        if name not in CONTENDERS:
-            raise InputError(
-                f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}"
-            )
+        demand_name("--methods: no contender", name, CONTENDERS, "they are")
     comm = world(petsc_words)
     cases = list(_cases(arguments))
     first = comm.getRank() == 0

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..contact.state import COLUMNS
 from ..errors import InputError
+from ..model.hints import demand_name
 from ..runtime.atomic_write import write_text
 from ..runtime.figure_style import STATES
 from ..runtime.text_table import as_csv
@@ -242,8 +243,7 @@ def write_tables(
     every = [name for name in TABLES if without.get(name, True)]
     names = list(names) or (every[:1] if one else every)
     for name in names:
-        if name not in TABLES:
-            raise InputError(f"no table {name!r}; tables are {', '.join(TABLES)}")
+        demand_name("no table", name, TABLES, "tables are")
         if name not in every:
             raise InputError(
                 f"no table {name!r} of this result, which has no {name}; "
