@@ -180,8 +180,9 @@ class Tractions(Strategy):
         return any(self._edges.values())
 
     def _edges_of(self, solution: Solution) -> dict[str, list[Edge]]:
-        scales = {name: self._bodies[body].scale for name, (body, _) in self._sides.items()}
-        finest = {name: FINEST * scale for name, scale in scales.items()}
+        finest = {
+            name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
+        }
         return edges_of_steps(solution, self._level.edge, finest)
 
     @property

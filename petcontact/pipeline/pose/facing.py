@@ -137,8 +137,8 @@ def _findings(side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None) -
         off = np.where(facing.met, np.abs(facing.distance) - facing.sag, 0.0)
         far = float(facing.distance[off.argmax()])
         if off.max() > SINGLE * np.abs(mesh.x).max():
-            text = f"{'overlap' if far < 0.0 else 'are apart'} by up to {abs(far):.3g}"
-            text = f"the parts {text}, and are joined as they lie"
+            how = "overlap" if far < 0.0 else "are apart"
+            text = f"the parts {how} by up to {abs(far):.3g}, and are joined as they lie"
             yield new_finding("closed gap", text, where, measured=abs(far))
 
 
