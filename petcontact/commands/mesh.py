@@ -62,13 +62,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     assert isinstance(surface, CadSurface)
     print("\n".join(aligned(surface.table())))
     if target:
-        with temporary_name(target) as temporary:
-            made = temporary.with_suffix(".msh")  # by which Gmsh knows the format
-            try:
-                surface.write_msh(made, arguments.size, arguments.order)
-                made.replace(temporary)
-            finally:
-                made.unlink(missing_ok=True)
+        with temporary_name(target, suffix=".msh") as temporary:  # by which Gmsh knows the format
+            surface.write_msh(temporary, arguments.size, arguments.order)
         print(target)
     return 0
 

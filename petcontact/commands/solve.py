@@ -289,8 +289,7 @@ def overrides(words: list[str]) -> dict[str, Any]:
 def read_files(config: str, case: Any) -> list[str]:
     """The files that a case is read from, but for the result that it starts from: going on may
     replace that."""
-    shapes = [body.geometry for body in case.body]
-    return [config, *(shape.file for shape in shapes if hasattr(shape, "file"))]
+    return [config, *(b.geometry.file for b in case.body if hasattr(b.geometry, "file"))]
 
 
 @contextlib.contextmanager

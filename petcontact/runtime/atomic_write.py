@@ -65,7 +65,9 @@ def check_target(
 
 
 @contextlib.contextmanager
-def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
+def temporary_name(
+    path: str | Path, *, replace: bool = True, suffix: str = ".tmp"
+) -> Iterator[Path]:
     """A name beside `path`, renamed to it when the block ends well and removed when it does not.
 
     Signals wait until the rename is done. For any kind of file. A link is followed.
@@ -76,6 +78,8 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     replace : bool
         Whether a file that is there by then is replaced. If not, the new file is kept under a name
         that is free.
+    suffix : str
+        Of the name, for writers that know the format by it.
 
     Raises
     ------
@@ -84,7 +88,7 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     """
     target = Path(os.path.realpath(path))
     # short: the name of the file itself may be as long as any may
-    temporary = target.with_name(f".petcontact-{secrets.token_hex(8)}.tmp")
+    temporary = target.with_name(f".petcontact-{secrets.token_hex(8)}{suffix}")
     try:
         with deferred():
             temporary.touch(exist_ok=False)

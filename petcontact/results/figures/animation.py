@@ -73,20 +73,15 @@ def animate(solution: SolutionData, path: str | Path) -> Path:
     rate = min(max(len(steps) / SECONDS, SLOWEST), FASTEST)
     writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=round(rate))
     view = view_of(solution, steps)
-    with rc_context(style()), temporary_name(path) as temporary:
+    with rc_context(style()), temporary_name(path, suffix=suffix) as temporary:
         figure = Figure(figsize=(7.0, 4.2), dpi=110, layout="constrained")
         FigureCanvasAgg(figure)
-        named = temporary.with_suffix(suffix)
-        try:
-            with writer.saving(figure, str(named), 110):
-                for k, step in enumerate(steps, 1):
-                    figure.clear()
-                    axes = plot_on(replace(solution, steps=steps[:k], failed=None), figure, view)
-                    axes.set_title(
-                        headed(solution, f"{step.title}, load factor {step.load_factor:.4g}")
-                    )
-                    writer.grab_frame()
-            named.replace(temporary)
-        finally:
-            named.unlink(missing_ok=True)
+        with writer.saving(figure, str(temporary), 110):
+            for k, step in enumerate(steps, 1):
+                figure.clear()
+                axes = plot_on(replace(solution, steps=steps[:k], failed=None), figure, view)
+                axes.set_title(
+                    headed(solution, f"{step.title}, load factor {step.load_factor:.4g}")
+                )
+                writer.grab_frame()
     return Path(path)
