@@ -206,15 +206,14 @@ def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> Compil
         np.zeros(mesh.n_elements, dtype=np.int64),
     )
     records, start = [], 0
+    kinds: dict[int, tuple[Array, Array]] = {}
     for panels in (batch.elements for batch in mesh.batches()):
-        part = _records(panels, tolerance_of(panels, kernel.tolerance))
+        tolerance = tolerance_of(panels, kernel.tolerance)
+        part = _records(panels, tolerance)
         kind[panels.index] = _kind(panels)
         first[panels.index] = start + part.shape[1] * np.arange(len(part))
         records.append(part.ravel())
         start += part.size
-    kinds: dict[int, tuple[Array, Array]] = {}
-    for panels in (batch.elements for batch in mesh.batches()):
-        tolerance = tolerance_of(panels, kernel.tolerance)
         kinds[_kind(panels)] = (
             _rules(tolerance, MOST_POINTS[type(panels)]),
             _weights(_kind(panels), tolerance),
