@@ -3,6 +3,7 @@ compressed square operator."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,17 +88,15 @@ class FactorStack:
         What the root leaves: one, of no rows if all is eliminated.
     """
 
-    def __init__(
-        self, levels: list[LevelElimination], entry: Index, slots: int, left: list[Schur]
-    ) -> None:
+    def __init__(self, levels: list[LevelElimination], entry: Index, left: list[Schur]) -> None:
         self.levels, self.left = levels, left
-        self._entry, self._slots = entry, slots
+        self._entry = entry
 
     def ascend(self, x: Array) -> tuple[list[Array], Array]:
         """Return the reduced right-hand side of x (n, s) on each level, and the one that remains at
         the root. Kept unknowns come before waiting ones."""
         seen = []
-        above = np.zeros((self._slots, x.shape[1]))
+        above = np.zeros((len(x) + 2, x.shape[1]))
         above[self._entry] = x
         for level in self.levels:
             seen.append(above)
@@ -128,25 +127,23 @@ def eliminate(stack: Stack, below: list[Schur], use_up: bool) -> FactorStack:
         Whether to release the near blocks as soon as they are used.
     """
     levels = []
-    entry, slots = _entry(stack.levels[0], below)
+    n = stack.levels[0].near.shape[0]
+    # a slot of zeros follows the kept unknowns, another one the waiting ones
+    entry = np.concatenate(list(_slots(below, n + 1))) if below else np.arange(n)
     for level in stack.levels:
         elimination, below = _eliminate(level, below, use_up)
         levels.append(elimination)
-    return FactorStack(levels, entry, slots, below)
+    return FactorStack(levels, entry, below)
 
 
-def _entry(level: TreeLevel, below: list[Schur]) -> tuple[Index, int]:
-    """Return the slots of the unknowns that subtrees hand over one after another, and the number of
-    slots. Without subtrees they are all unknowns."""
-    n = level.near.shape[0]
-    if not below:
-        return np.arange(n), n + 2
-    active, waiting, parts = 0, n + 1, []
-    for schur in below:
-        wait = len(schur.values) - schur.kept
-        parts += [active + np.arange(schur.kept), waiting + np.arange(wait)]
-        active, waiting = active + schur.kept, waiting + wait
-    return np.concatenate(parts), waiting + 1
+def _slots(children: list[Schur], waiting: int) -> Iterator[Index]:
+    """Yield the slots of the unknowns that each subtree hands over. Kept ones of all come first,
+    those that wait follow from a given slot."""
+    active = 0
+    for schur in children:
+        end = waiting + len(schur.values) - schur.kept
+        yield np.concatenate([active + np.arange(schur.kept), np.arange(waiting, end)])
+        active, waiting = active + schur.kept, end
 
 
 def _eliminate(
@@ -246,12 +243,8 @@ def _assemble(cluster: Cluster, children: list[Schur]) -> Array:
     block = np.zeros((size, size))
     for near in cluster.near:
         block[near.rows[:, None], near.columns] = near.values
-    start, waiting = 0, active
-    for child in children:
-        wait = len(child.values) - child.kept
-        own = np.concatenate([start + np.arange(child.kept), waiting + np.arange(wait)])
+    for child, own in zip(children, _slots(children, active), strict=True):
         block[own[:, None], own] = child.values
-        start, waiting = start + child.kept, waiting + wait
     return block
 
 
