@@ -52,7 +52,7 @@ class Evaluated:
     volumes: dict[str, VolumeSolution | None] | None = None
     coarser: Evaluated | None = field(default=None, repr=False, compare=False)
     undivided: Evaluated | None = field(default=None, repr=False, compare=False)
-    paths: tuple[tuple[float, Any], ...] = field(default=(), repr=False, compare=False)
+    paths: tuple[Evaluated, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def tried(self) -> list[StepResult]:

@@ -35,6 +35,14 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
+STATES: dict[str, Callable[[PairResult], Array]] = {
+    "contact area": lambda pair: pair.state != OPEN,
+    "slipping": lambda pair: pair.state == SLIP,
+}
+"""Of a pair, at its nodes: whether they are in the area of that name."""
+PATH_LEFT = 1.0 + 2.0**0.5
+"""Error of a number on a path over its difference from the next one [-]. Errors fall like √h of the
+increments h at least, where two are joined."""
 
 
 def with_errors(solution: Evaluated) -> list[Number]:
@@ -56,7 +64,7 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
     """
     now, last = {number.key: number for number in numbers}, solution
     errors = dict.fromkeys(now, 0.0)
-    for factor, other in solution.paths:
+    for other in solution.paths:
         there = {number.key: number for number in numbers_of(other, peaks=False)}
         ends = {(step.step, step.cycle) for step in other.steps}
         stresses = stresses_near(last, [each for each in numbers if each.key[2:] in ends])
@@ -66,7 +74,7 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
                 change = np.nan
                 if key[2:] in ends:
                     change = _path_change(last, other, number, there, stresses)
-                errors[key] = error + factor * change
+                errors[key] = error + PATH_LEFT * change
         now, last = now | there, other
     return {
         number.key: float(np.maximum(errors[number.key], _of_increments(number)))
@@ -83,13 +91,18 @@ def _path_change(
 ) -> float:
     """Return the difference of a number on another path.
 
-    A maximum differs by the largest difference of its function.
+    A maximum differs by the largest difference of its function, and an area by at least that of the
+    nodes whose state differs.
     """
-    if number.name not in FUNCTIONS or number.key not in there:
-        return _change(solution, other, number, there.get(number.key), stresses)
-    pairs = [end_of(each, number).pairs[number.of] for each in (solution, other)]
-    first, second = (FUNCTIONS[number.name](pair) for pair in pairs)
-    return float(np.abs(first - second)[pairs[0].state != OPEN].max(initial=0.0))
+    change = _change(solution, other, number, there.get(number.key), stresses)
+    if number.key not in there or number.name not in {*FUNCTIONS, *STATES}:
+        return change
+    one, two = (end_of(each, number).pairs[number.of] for each in (solution, other))
+    if number.name in STATES:
+        apart = STATES[number.name](one) != STATES[number.name](two)
+        return max(change, float(one.weight @ apart))
+    first, second = (FUNCTIONS[number.name](pair) for pair in (one, two))
+    return float(np.abs(first - second)[one.state != OPEN].max(initial=0.0))
 
 
 def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:

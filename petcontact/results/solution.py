@@ -51,9 +51,9 @@ class Solution(SolutionData):
     undivided : SolutionData, optional
         The solution on the same meshes with as many increments as the coarser ones have, where this
         one has more; files do not hold it.
-    paths : tuple of (float, SolutionData)
-        Solutions with other increments, each with a factor: the error of the solution before it
-        over the difference of both. Files do not hold them.
+    paths : tuple of SolutionData
+        Solutions with other increments, each of which differs less from the one before than from
+        this one. Files do not hold them.
     written : tuple of Number, optional
         The numbers with errors that a result file holds; None of a solution that was not read.
     """
