@@ -9,7 +9,7 @@ import functools
 import itertools
 import math
 import operator
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -183,6 +183,14 @@ class GradedOutline:
             dict.fromkeys(arcs, FINEST * side.length)
             for arcs, side in zip(lowest, self.outline.sides, strict=True)
         ]
+
+    def touching_beside(self, side: int, places: Collection[float]) -> dict[float, float]:
+        """Return what `touching` has of a side, without arc lengths that are one of some places."""
+        return {
+            s: size
+            for s, size in self.touching[side].items()
+            if all(abs(s - place) > self.closest for place in places)
+        }
 
     @property
     def closest(self) -> float:

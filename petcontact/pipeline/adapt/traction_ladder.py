@@ -98,7 +98,7 @@ class Tractions(Strategy):
             edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
             pressing = self._pressing_sizes(number, k, edges, level)
             if not edges:
-                pressing = body.touching[k] | pressing
+                pressing |= body.touching_beside(k, pressing)
             if graded := self._graded(pressing, edges, level, body, side.length):
                 inner[k] = graded
         return body.mesh(level, largest, None, inner)
