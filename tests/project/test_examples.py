@@ -9,6 +9,7 @@ import runpy
 from pathlib import Path
 
 import matplotlib
+import matplotlib.pyplot as plt
 import pytest
 from marks import some
 
@@ -68,7 +69,7 @@ def test_a_notebook_runs(name, capsys, monkeypatch):
             printed = capsys.readouterr().out if stored else ""
             assert resolved(printed) == resolved("".join(stored))  # as it is read unrun
     assert NOTEBOOKS[name](names)
-    matplotlib.pyplot.close("all")
+    plt.close("all")
 
 
 def test_every_example_is_listed():
