@@ -15,6 +15,7 @@ import numpy as np
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
+from ..round_off import ROUNDED
 from .arcs import (
     arc_lengths,
     check_digits,
@@ -153,6 +154,13 @@ class Outline(Boundary):
                     f"geometry: side {side.part!r} at {shown(side.start)} has no length: "
                     f"{side.length:.2g}, and places of the body are one within "
                     f"{TOLERANCE * self.diameter:.2g}"
+                )
+        for side, following in zip(self.sides, self.neighbours[1].tolist(), strict=True):
+            if _is_cusp(side, self.sides[following]):
+                raise InputError(
+                    f"geometry: sides {side.part!r} and {self.sides[following].part!r} meet at "
+                    f"{shown(side.end)} in a cusp, which has no width; a radius of the other sign "
+                    "bends an arc the other way"
                 )
         self._check_simple()
 
@@ -308,6 +316,12 @@ def round_loops(counts: Sequence[int]) -> tuple[Index, Index]:
     before, after = np.arange(first[-1]) - 1, np.arange(first[-1]) + 1
     before[first[:-1]], after[first[1:] - 1] = first[1:] - 1, first[:-1]
     return before, after
+
+
+def _is_cusp(before: Side, after: Side) -> bool:
+    """Return whether the interior angle between two sides is 0; a re-entrant one of 2π is none."""
+    along = before.tangents(np.ones(1)) @ after.tangents(np.zeros(1)).T
+    return bool(along < ROUNDED - 1.0) and before.curvature + after.curvature < 0.0
 
 
 def _ring(loop: Sequence[Side], points_per_arc: int) -> Array:

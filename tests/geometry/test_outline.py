@@ -78,6 +78,11 @@ BENT = (
     straight("d", 0, 0),
 )
 BACK = {"part": "b", "to": (0, 0)}
+CUSP = (
+    {"part": "cup", "to": (2, -2), "radius": 2.0},
+    straight("base", -2, -2),
+    straight("side", 0, 0),
+)
 
 
 @pytest.mark.parametrize(
@@ -98,6 +103,7 @@ BACK = {"part": "b", "to": (0, 0)}
         (lambda: closed(straight("a", 1, 0), straight("b", 0, 0)), "has no length"),
         (lambda: closed(), "at least two sides"),
         (lambda: closed(BACK), "a loop of two straight sides at .* encloses nothing"),
+        (lambda: outline(CUSP), r"sides 'base' and 'cup' meet at \(2, -2\) in a cusp"),
         (lambda: closed({**BACK, "radius": 0.4}), "less than half the distance"),
         (lambda: closed({**BACK, "radius": 0.0}), "must not be 0"),
         (lambda: closed({**BACK, "radius": 1.0, "through": (1, 1)}), "not by both"),
