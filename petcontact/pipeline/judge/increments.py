@@ -24,7 +24,7 @@ BLOCKS = 5.0
 bounds each block by itself. Three bolted bodies had 1 to 2.2 times the tolerance at 1e-4 and 1e-5,
 one body or two blocks less."""
 STILL = 1e-3
-"""Strained part of u over its rigid motion, up to which an unloaded body only moves [-]. Slits
+"""Strained part of u over its rigid motion, up to which a body only moves [-]. Slits
 between curved panels of different sizes, as adaptive meshes have them, strain such a body by
 0.0005."""
 MISSED = {

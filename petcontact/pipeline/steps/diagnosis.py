@@ -11,8 +11,9 @@ from ...contact.state import ContactState
 from ...results.report import Finding
 from ...round_off import WRITTEN
 from ..judge.findings import new_finding
+from ..judge.increments import STILL
 from .hulls import forces_at_corners
-from .increment import Increment
+from .increment import Increment, amplitudes
 
 MOTIONS = {
     (2, 2): ("along x", "along y"),
@@ -142,6 +143,11 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     defect = equilibrium_defect(system, outcome.sigma)
     if system.modes is not None and defect > problem.discrete.problem.method.tolerance:
         push = system.modes.unbalanced(outcome.sigma)
+    if push is None and system.modes is not None:
+        motion = amplitudes(system, outcome)
+        strained = np.abs(system.u_0).max() + np.abs(system.apply(outcome.sigma)).max()
+        if strained < STILL * np.abs(system.modes.motion @ motion).max():
+            push = motion
     if push is None:
         return f"{outcome.reason}{where}"
     name, way = _pushed(increment, push)
