@@ -94,15 +94,15 @@ def _path_change(
     A maximum differs by the largest difference of its function, and an area by at least that of the
     nodes whose state differs.
     """
+    name, least = number.name, 0.0
+    if number.key in there and name in {*FUNCTIONS, *STATES}:
+        one, two = (end_of(each, number).pairs[number.of] for each in (solution, other))
+        if name in FUNCTIONS:
+            first, second = (FUNCTIONS[name](pair) for pair in (one, two))
+            return float(np.abs(first - second)[one.state != OPEN].max(initial=0.0))
+        least = float(one.weight @ (STATES[name](one) != STATES[name](two)))
     change = _change(solution, other, number, there.get(number.key), stresses)
-    if number.key not in there or number.name not in {*FUNCTIONS, *STATES}:
-        return change
-    one, two = (end_of(each, number).pairs[number.of] for each in (solution, other))
-    if number.name in STATES:
-        apart = STATES[number.name](one) != STATES[number.name](two)
-        return max(change, float(one.weight @ apart))
-    first, second = (FUNCTIONS[number.name](pair) for pair in (one, two))
-    return float(np.abs(first - second)[one.state != OPEN].max(initial=0.0))
+    return float(np.maximum(least, change))
 
 
 def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:

@@ -144,19 +144,18 @@ def _other_paths(
     is each single increment. On the second one later increments are joined, too, or divided where
     joined ones have no solution.
     """
-    paths, last = [solution], dict[int, list[float]]()
-    for ways in ((_kept,), (_joined, _divided)):
-        for later in ways:
-            factors = _factors(problem, solution, number, later)
-            other = paths[-1] if factors == last else _along(problem, solution, number, factors)
-            if other is not None:
-                break
-        else:
-            return None
-        if other is not paths[-1]:
-            paths.append(other)
-            last = factors
-    return tuple(paths[1:])
+    steps = range(number, len(problem.steps) + 1)
+    begins = {step: _begins(problem, solution, step) for step in steps}
+    kept = _factors(problem, solution, begins, _kept)
+    if (first := _along(problem, solution, number, kept)) is None:
+        return None
+    for later in (_joined, _divided):
+        factors = _factors(problem, solution, begins, later)
+        if factors == kept:
+            return (first,)
+        if (second := _along(problem, solution, number, factors)) is not None:
+            return first, second
+    return None
 
 
 def _along(
@@ -186,25 +185,31 @@ Divide = Callable[[list[float]], list[float]]
 
 
 def _factors(
-    problem: PreparedProblem, solution: Solution, number: int, later: Divide
+    problem: PreparedProblem,
+    solution: Solution,
+    begins: dict[int, float | None],
+    later: Divide,
 ) -> dict[int, list[float]]:
-    """Return where increments end on another path, by number of the step; key 0: jumps of
-    cycles."""
-    steps = range(number, len(problem.steps) + 1)
-    factors = {step: _ends(problem, solution, step, later) for step in steps}
+    """Return where increments end on another path, by number of the step; key 0: jumps of cycles.
+
+    Each step comes with what `_begins` returns.
+    """
+    factors = {step: _ends(problem, solution, step, begun, later) for step, begun in begins.items()}
     if solution.wear is not None:
         single, jumps = _jumps([float(cycle) for cycle in solution.wear.cycle])
         factors[0] = [*single, *later([*single[-1:], *jumps])]
     return factors
 
 
-def _ends(problem: PreparedProblem, solution: Solution, step: int, later: Divide) -> list[float]:
+def _ends(
+    problem: PreparedProblem, solution: Solution, step: int, begins: float | None, later: Divide
+) -> list[float]:
     """Return the load factors at which the increments of a step end on another path.
 
     Increments before contact begins are the same on all paths.
     """
     ends = [r.load_factor for r in solution.steps if r.step == step and r.cycle <= 1]
-    if (begins := _begins(problem, solution, step)) is None:
+    if begins is None:
         return later([0.0, *ends])
     before, ends = [begins] * (begins > 0.0), [end for end in ends if end > begins + SOLVED]
     auto = problem.steps[step - 1].increments == "auto"  # small enough from the first one on
@@ -221,7 +226,7 @@ def _begins(problem: PreparedProblem, solution: Solution, step: int) -> float | 
     return touching(whole_step(problem, step))
 
 
-def _growing(begins: float, ends: float, count: int) -> list[float]:
+def _growing(begins: float, end: float, count: int) -> list[float]:
     """Return the load factors at which increments end where contact grows from nothing.
 
     Between curved surfaces the size of a contact is like the root of the load, or of its motion. It
@@ -230,7 +235,7 @@ def _growing(begins: float, ends: float, count: int) -> list[float]:
     >>> _growing(0.0, 1.0, 4)
     [0.0625, 0.25, 0.5625, 1.0]
     """
-    return [begins + (ends - begins) * (k / count) ** 2 for k in range(1, count + 1)]
+    return [begins + (end - begins) * (k / count) ** 2 for k in range(1, count + 1)]
 
 
 def _kept(ends: list[float]) -> list[float]:
