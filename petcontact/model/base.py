@@ -44,7 +44,14 @@ Coordinate = Annotated[
 ]
 Point = tuple[Coordinate, Coordinate]
 SpacePoint = tuple[Coordinate, Coordinate, Coordinate]
-Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
+NAME, WORD, FUNCTION = r"^[^./]+$", r"^[^\W\d][\w.]*$", r"^[^\W\d][\w.]*:[^\W\d][\w.]*$"
+MATCHED = {
+    NAME: "must have no '.' and no '/'",
+    WORD: "must be a word of letters, digits, '_' and '.'",
+    FUNCTION: "must be 'module:function'",
+}
+"""What is allowed, by the pattern of a text."""
+Name = Annotated[str, pydantic.Field(min_length=1, pattern=NAME)]
 Vector = pydantic.Field(min_length=2, max_length=3)
 """As many components as the body has dimensions."""
 SHOWN = 3
@@ -347,7 +354,8 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
         if isinstance(loc[-1], int):
             return f"{_key(loc[:-1], data)}: has {loc[-1]} entries, too few"
         return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
-    message = str(context["error"]) if kind == "value_error" else _allowed(str(mistake["msg"]))
+    stated = MATCHED.get(context.get("pattern"), str(mistake["msg"]))
+    message = str(context["error"]) if kind == "value_error" else _allowed(stated)
     key = _key(loc, data)
     # a model's own check names its values itself
     if not (kind == "value_error" and isinstance(mistake["input"], dict)):

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ...errors import InputError
-from ...model.base import Coordinate, Finite, Model, parse, regular_file
+from ...model.base import FUNCTION, WORD, Coordinate, Finite, Model, parse, regular_file
 from ...model.case import LARGEST_FILE, read_toml
 
 LARGEST_SWEEP = 1_000_000
@@ -18,7 +18,7 @@ LARGEST_POINTS = 200_000_000
 """Bytes of a file of points."""
 Count = Annotated[int, pydantic.Field(ge=1, le=LARGEST_SWEEP)]
 Keep = Literal["scalars", "contact", "all"]
-Function = Annotated[str, pydantic.Field(pattern=r"^[^\W\d][\w.]*:[^\W\d][\w.]*$")]
+Function = Annotated[str, pydantic.Field(pattern=FUNCTION)]
 """Of Python: "module:function"."""
 
 
@@ -104,9 +104,7 @@ class SweepFile(Model):
     points: str | Mapping[str, list[Any]] | None = None
     variant: tuple[dict[str, Any], ...] = ()
     set: Mapping[str, Any] = pydantic.Field(default={})
-    names: Mapping[str, Annotated[str, pydantic.Field(pattern=r"^[^\W\d][\w.]*$")]] = (
-        pydantic.Field(default={})
-    )
+    names: Mapping[str, Annotated[str, pydantic.Field(pattern=WORD)]] = pydantic.Field(default={})
     keep: Keep | None = None
     quantities: tuple[Function, ...] = ()
     von_mises: tuple[tuple[Coordinate, ...], ...] = ()

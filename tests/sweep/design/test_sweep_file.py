@@ -191,7 +191,7 @@ SOBOL = 'problems = ["example1.toml"]\n[sample]\nmethod = "sobol"\npoints = 9000
         ),
         ('problems = ["missing.toml"]', "missing.toml"),
         ('problems = ["example1.toml"]\n[zip]\nrho = [1.0, 2.0]\ntau = [1.0]', "one length"),
-        ('problems = ["example1.toml"]\nquantities = ["slip work"]', "quantities"),
+        ('problems = ["example1.toml"]\nquantities = ["slip work"]', "module:function"),
         ('problems = ["example1.toml"]\npoints = "points.csv"', "line 3 has 1 values"),
         ('problems = ["example1.toml"]\npoints = "nothing.csv"', "nothing.csv"),
         (SOBOL.format("range = {rho = [2.0, 1.0]}"), "low < high"),
