@@ -13,8 +13,9 @@ from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side
 from ..geometry.rotation import lifted
 from ..geometry.surface import Boundary
+from ..given.sites import Sites
+from ..given.values import as_given
 from ..model.bodies import Body, Condition
-from ..model.expressions import evaluate
 from ..model.loaded_body import LoadedBody
 from ..model.loads import VolumeLoads
 from ..model.problem import Contact, Displacement, Periodic
@@ -159,17 +160,14 @@ def _displacement(
     condition: Displacement, side: Side, start: float, xi: float, normal: Array
 ) -> Array | None:
     """Return u at an end of a side, or None where it does not fix u·n or cannot be evaluated."""
-    (x, y), (nx, ny) = _at(side, xi)
     s = start + 0.5 * (1.0 + xi) * side.length
-    variables = {
-        name: np.array([value])
-        for name, value in zip(("x", "y", "nx", "ny", "s"), (x, y, nx, ny, s), strict=True)
-    }
+    point, outward = _at(side, xi)
+    place = Sites(point[None], outward[None], np.array([s]))
     u = np.zeros(len(condition.value))
     for c, component in enumerate(condition.value):
         if component != "free":
             try:
-                u[c] = evaluate(component, variables, 1, f"{condition.part}.value[{c}]")[0]
+                u[c] = as_given(component, f"{condition.part}.value[{c}]").at(place)[0]
             except InputError:
                 # nodes lie inside elements: an expression need not be finite at their ends
                 return None

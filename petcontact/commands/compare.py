@@ -46,8 +46,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Run, print, write; exit status 0 however the contenders fare."""
     from ..compare.report import csv_text, markdown, write_figures
     from ..compare.run import CONTENDERS, RHOS, Trial, compare
-    from ..model.hints import demand_name
     from ..runtime.atomic_write import write_text
+    from ..runtime.hints import demand_name
     from ..runtime.terminal import StatusLine
     from ..runtime.world import world
     from .solve import unused_reported

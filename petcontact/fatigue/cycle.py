@@ -11,10 +11,10 @@ from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
 from ..errors import InputError
 from ..fields.boundary.places import best_places
-from ..model.hints import demand_name
 from ..results.body_fields import BodyFields, states_at
 from ..results.data import SolutionData
 from ..results.records import StepResult
+from ..runtime.hints import demand_name
 
 
 @dataclass(frozen=True)
@@ -106,19 +106,19 @@ def sites_of(
         for both in zip((mesh.element, mesh.places), best_places(mesh), strict=True)
     )
     element, place = element[chosen[element]], place[chosen[element]]
-    variables = mesh.variables_at(element, place)
-    surface = np.column_stack([variables[axis] for axis in "xyz"[: mesh.dim]])
+    surface = mesh.sites_at(element, place)
     below = [depth for depth in depths.tolist() if depth > 0.0]
     # below the surface: points under nodes that are no farther from contact than two depths
     under = np.flatnonzero(chosen[mesh.element])
     under = under[
         _next_to_contact(solution, increments, body, mesh.x[under], 2.0 * max(below, default=0.0))
     ]
-    x = np.concatenate([surface, *(mesh.x[under] - depth * mesh.normal[under] for depth in below)])
+    x = np.concatenate(
+        [surface.x, *(mesh.x[under] - depth * mesh.normal[under] for depth in below)]
+    )
     depth = np.concatenate([np.zeros(len(surface)), np.repeat(below, len(under))])
     owner = np.concatenate([mesh.part[element], np.tile(mesh.node_part[under], len(below))])
-    arc_below = np.tile(mesh.variables(under).get("s", np.zeros(len(under))), len(below))
-    along = np.concatenate([variables.get("s", np.zeros(len(surface))), arc_below])
+    along = np.concatenate([surface.along, np.tile(mesh.sites(under).along, len(below))])
     stress = _stresses(
         [solution.body_fields(body, step) for step in increments],
         element,

@@ -11,10 +11,10 @@ import scipy
 
 from ..arrays import Array
 from ..errors import InputError
-from ..model.hints import demand_name
 from ..results.data import SolutionData
 from ..results.numbers import stress_name
 from ..results.records import below
+from ..runtime.hints import demand_name
 from .cycle import Sites, cycle_of, parts_in_contact, sites_of
 from .parameters import PARAMETERS
 from .ruiz import ruiz_sites

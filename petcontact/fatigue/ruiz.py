@@ -81,8 +81,7 @@ def ruiz_sites(
         ]
         stress = np.array([state.tensor for state in states])
         tension = np.maximum(np.einsum("kmi,kmij,kmj->km", way[:, rows], stress, way[:, rows]), 0.0)
-        variables = solution.meshes[owner].variables_at(element, place)
-        along = variables.get("s", np.zeros(len(rows)))
+        along = solution.meshes[owner].sites_at(element, place).along
         sites = Sites(
             owner, np.full(len(rows), part), states[0].x, np.zeros(len(rows)), along, stress
         )

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..geometry.rotation import Motions
+from ..given.sites import Sites
 from .pairs.ray_casting import Faces
 
 
@@ -162,22 +163,21 @@ class BoundaryMesh(abc.ABC):
         """Return points (q, d) [length] and outward unit normals (q, d) at positions, as in `Hits`,
         on elements (q,)."""
 
-    def variables(self, nodes: Index) -> dict[str, Array]:
-        """Return the variables of expressions at nodes, (m,) each.
+    def sites(self, nodes: Index) -> Sites:
+        """Return the sites of nodes (m,); on curves with the arc lengths along the part."""
+        s = self.arc_lengths(self.element[nodes], self.places[nodes])
+        return Sites(self.x[nodes], self.normal[nodes], s)
 
-        They are x, y (and z), nx, ny (and nz), and s on curves.
+    def sites_at(self, element: Index, place: Array) -> Sites:
+        """Return the sites of positions, as in `Hits`, on elements (q,)."""
+        return Sites(*self.at(element, place), self.arc_lengths(element, place))
+
+    def arc_lengths(self, element: Index, place: Array) -> Array | None:
+        """Return the arc lengths along their parts of positions on elements (q,) [length].
+
+        Surfaces have none.
         """
-        places = self.element[nodes], self.places[nodes]
-        return self._named(*places, self.x[nodes], self.normal[nodes])
-
-    def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """Return the variables of expressions at positions, as in `Hits`, on elements (q,)."""
-        return self._named(element, place, *self.at(element, place))
-
-    def _named(self, element: Index, place: Array, x: Array, normal: Array) -> dict[str, Array]:
-        """The variables at points of known coordinates and normals."""
-        names = [f"{letter}{axis}" for letter in ("", "n") for axis in "xyz"[: self.dim]]
-        return dict(zip(names, [*x.T, *normal.T], strict=True))
+        return None
 
     @abc.abstractmethod
     def faces(self, *parts: str) -> tuple[Index, Faces]:

@@ -173,10 +173,9 @@ class CurveMesh(BoundaryMesh):
         ends = self.start[element], self.end[element], self.half_angle[element]
         return on_arcs(*ends, 2.0 * place - 1.0, self.direction[element])
 
-    def _named(self, element: Index, place: Array, x: Array, normal: Array) -> dict[str, Array]:
-        """The variables, and the arc length s along the part [length]."""
-        s = self.side_start[element] + place * self.length[element]
-        return {**super()._named(element, place, x, normal), "s": s}
+    def arc_lengths(self, element: Index, place: Array) -> Array:
+        """Return the arc lengths along their parts of positions on elements (q,) [length]."""
+        return np.asarray(self.side_start[element] + place * self.length[element])
 
     def faces(self, *parts: str) -> tuple[Index, Curves]:
         """Return the numbers of the elements of parts, and these elements as curves for contact

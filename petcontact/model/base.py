@@ -16,9 +16,9 @@ import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
-from .expressions import parse_expression
+from ..given.expressions import parse_expression
+from ..runtime.hints import nearest, number_refused
 from .frozen import Frozen
-from .hints import nearest, number_refused
 from .model_tree import models_at, stands_in
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ Expression = Annotated[
     pydantic.PlainSerializer(_in_file, when_used="json"),
     pydantic.WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]}),
 ]
-"""A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`); in Python
+"""A number, or an expression in x, y, nx, ny, s (see `petcontact.given.expressions`); in Python
 also a function of some of these by name, or one value a node of the part."""
 
 

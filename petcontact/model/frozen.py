@@ -8,7 +8,7 @@ from typing import Any, Self
 import pydantic
 
 from ..errors import InputError
-from .hints import among
+from ..runtime.hints import among
 
 
 class Frozen(pydantic.BaseModel):

@@ -10,9 +10,9 @@ import pydantic
 
 from ..errors import InputError
 from ..geometry.rotation import Motions as Kind
+from ..runtime.hints import among, demand_name
 from .base import Expression, Finite, Model, Name, Vector, whole_or_auto
 from .bodies import Body, Displacement, Periodic, Traction
-from .hints import among, demand_name
 from .loads import LoadsChange, check_material
 
 Increments = Annotated[int | Literal["auto"], whole_or_auto(100_000)]

@@ -16,6 +16,8 @@ from ..geometry.meridian import meridian
 from ..geometry.outline import as_outline
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary
+from ..given.interfaces import PosedInterface
+from ..runtime.hints import nearest
 from .base import Model
 from .bodies import (
     Body,
@@ -32,8 +34,7 @@ from .bodies import (
     Units,
 )
 from .cycle import Cycle, check_cycle
-from .hints import nearest
-from .interfaces import PosedInterface, posed_interfaces
+from .interfaces import posed_interfaces
 from .load_steps import Obstacle, Step, changed_condition, changed_obstacles, check_step
 from .loaded_body import LoadedBody, loaded_body
 from .loads import PointForce, VolumeLoads, check_material

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..given.interfaces import Law
+from ..given.values import Given
 from .bodies import Body, Contact, Pair
 
 
@@ -97,7 +99,7 @@ def condition_text(condition: Any) -> str:
     )
 
 
-def law_text(law: Contact | Pair) -> str:
+def law_text(law: Contact | Pair | Law) -> str:
     """What holds where two sides meet: the normal condition and the friction.
 
     Examples
@@ -118,6 +120,8 @@ def law_text(law: Contact | Pair) -> str:
 def value_text(value: Any) -> str:
     """A number, an expression or a few of them; a function, a long expression or an array of many
     values by its kind."""
+    if isinstance(value, Given):
+        return value_text(value.source)
     if callable(value):
         name = getattr(value, "__name__", "<lambda>")
         return "by a function" if name == "<lambda>" else f"by {name}"

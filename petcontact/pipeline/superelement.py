@@ -17,10 +17,10 @@ from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
-from ..model.hints import demand_name
 from ..model.loaded_body import LoadedBody
 from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
+from ..runtime.hints import demand_name
 from ..runtime.petsc import options
 from ..runtime.world import world
 from .eliminate import eliminated_alone

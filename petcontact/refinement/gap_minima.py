@@ -9,8 +9,8 @@ import numpy as np
 from ..arrays import Array
 from ..geometry.outline import Outline
 from ..geometry.same_place import distinct
+from ..given.features import SAMPLES
 from ..round_off import HALF, ROUNDED
-from .expression_features import SAMPLES
 from .known_data import SideData
 
 MOST_MINIMA = 4

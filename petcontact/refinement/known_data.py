@@ -9,27 +9,24 @@ import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..geometry.arcs import on_arcs
-from ..geometry.outline import Outline, Side
+from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST
+from ..given.features import MOST_FEATURES
+from ..given.lines import OWN_SAMPLES, Line, lines_of
+from ..given.values import Given, as_given
 from ..mesh.basis import gauss, lagrange
-from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Body, Condition, Contact, Displacement, Traction
 from ..round_off import SINGLE
-from .expression_features import MOST_FEATURES, SAMPLES, SMOOTH, degree, kinks, samples_of, uniform
 from .levels import REFINEMENT_LEVELS
 
 ORDER = max(level.grading.order for level in REFINEMENT_LEVELS)
 """Largest order of an element: that of the finest levels."""
-OWN_SAMPLES = 16
-"""Samples in each element, besides the samples of its side; the least number of these. An
-expression that may be narrow has more."""
 
 
 @dataclass(frozen=True)
@@ -106,91 +103,37 @@ def fields(body: Body, outline: Outline) -> list[list[SideData]]:
     Raises
     ------
     InputError
-        As `evaluate`. Values that are not finite count as zero here; those at nodes are reported
-        when they are evaluated there.
+        As `Given.values`. Values that are not finite count as zero here; those at nodes are
+        reported when they are evaluated there.
     """
     result: list[list[SideData]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}
     data = []
-    for k, (side, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
-        variables_at = functools.partial(variables, side, offset)
-        for kind, given, values in _conditions(body, side, variables_at):
-            varies = any(callable(v) or isinstance(v, str) for v in given) or (
-                side.curvature and kind == "traction"
+    for k, line in enumerate(lines_of(outline)):
+        for kind, given, values in _conditions(body, line):
+            varies = any(datum.varies for datum in given) or (
+                line.side.curvature and kind == "traction"
             )
-            data.append((k, side, variables_at, kind, given, values, varies))
+            data.append((k, line, kind, given, values, varies))
     if not any(varies for *_, varies in data):
         return result
-    for k, side, variables_at, kind, given, values, varies in data:
+    for k, line, kind, given, values, varies in data:
         size = float(np.linalg.norm(values(np.array([0.5]))))
+        length = line.side.length
         if varies:
-            power = math.inf if side.curvature else max(map(degree, given))
-            field = SideData(
-                kind,
-                values,
-                *_shown(given, side, variables_at, values, power),
-                1.0,
-                side.length,
-                power,
-            )
+            features = line.features(given, values)
+            field = SideData(kind, values, *features, 1.0, length, line.degree(given))
             result[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
-        sizes[kind] = sizes.get(kind, 0.0) + size * side.length
+        sizes[kind] = sizes.get(kind, 0.0) + size * length
     return [
         [replace(field, size=sizes[field.kind]) for field in row if sizes[field.kind] > 0.0]
         for row in result
     ]
 
 
-def _shown(
-    given: list[Value],
-    side: Side,
-    variables_at: Callable[[Array], dict[str, Array]],
-    values: Callable[[Array], Array],
-    power: float,
-) -> tuple[Array, Array, Array]:
-    """Return kinks and jumps, samples, and the values there, of expressions and functions together.
-
-    Only an expression can be examined; a function has no text. A polynomial has no kinks, and by
-    Markov's inequality its slope is at most 2 power² times its largest value.
-    """
-    if (enough := 4.0 * power**2) <= SAMPLES:
-        fractions = np.linspace(0.0, 1.0, max(OWN_SAMPLES, int(enough)))
-        return np.empty((2, 0)), fractions, values(fractions)
-    values(np.array([0.0, 1.0]))  # what cannot be read is refused by its key
-    texts = [value for value in given if isinstance(value, str)]
-    samples = [samples_of(text, variables_at) for text in texts] or [
-        uniform() if any(map(callable, given)) else np.empty(0)
-    ]
-    fractions = np.unique(np.concatenate([np.linspace(0.0, 1.0, OWN_SAMPLES), *samples]))
-    sampled, switches = values(fractions), [np.empty((2, 0))]
-    far = float(np.abs([side.start, side.end]).max()) / side.length
-    if len(fractions) > OWN_SAMPLES:
-        for c, column in enumerate(sampled.T):
-
-            def component(at: Array, c: int = c) -> Array:
-                return np.asarray(values(at)[:, c])
-
-            switches.append(np.stack(kinks(component, fractions, column, far)))
-    return np.concatenate(switches, axis=1), fractions, sampled
-
-
-def gap_switches(gap: Value, side: Side, offset: float, key: str = "gap") -> tuple[Array, Array]:
-    """Return the fractions inside a side at which a gap has a kink, and at which it jumps.
-
-    Errors name the key of the config.
-    """
-    if not (callable(gap) or isinstance(gap, str)) or gap == "geometry":
-        return np.empty(0), np.empty(0)
-    variables_at = functools.partial(variables, side, offset)
-    values = functools.partial(_values, [gap], key, variables_at, False)
-    power = math.inf if side.curvature else degree(gap)
-    (fraction, power), *_ = _shown([gap], side, variables_at, values, power)
-    return fraction[power >= -SMOOTH], fraction[power < -SMOOTH]
-
-
 @functools.singledispatch
-def gap_edges(boundary: Any, part: str, gap: Value) -> list[Array]:
+def gap_edges(boundary: Any, part: str, gap: Given | None) -> list[Array]:
     """Return the points (k, d) of each edge that presses on a part [length].
 
     There the gap jumps, or has a kink that points to the part, as the apex of a wedge or, on the
@@ -201,83 +144,46 @@ def gap_edges(boundary: Any, part: str, gap: Value) -> list[Array]:
 
 
 @gap_edges.register
-def _(boundary: Outline, part: str, gap: Value) -> list[Array]:
+def _(boundary: Outline, part: str, gap: Given | None) -> list[Array]:
     points: list[Array] = []
-    for number, (side, s) in enumerate(zip(boundary.sides, boundary.offsets, strict=True)):
-        if side.part == part and gap != "geometry":
-            bent, jumps = gap_switches(gap, side, s)
-            slopes = [
-                gap_slope(gap, side, s, fraction, way) for fraction in bent for way in (-1.0, 1.0)
-            ]
+    if gap is None:
+        return points
+    for number, line in enumerate(lines_of(boundary)):
+        if line.side.part == part:
+            bent, jumps = line.switches(gap)
+            slopes = [line.slope(gap, fraction, way) for fraction in bent for way in (-1.0, 1.0)]
             pressing = np.sum(np.reshape(slopes, (-1, 2)), axis=1) > SINGLE
             apex = [
                 float(end)
                 for k, end in boundary.axis_ends
-                if k == number and gap_slope(gap, side, s, end, 1.0 - 2.0 * end) > SINGLE
+                if k == number and line.slope(gap, end, 1.0 - 2.0 * end) > SINGLE
             ]
-            points += [*side.point(np.concatenate([jumps, bent[pressing], apex]))[:, None]]
+            points += [*line.side.point(np.concatenate([jumps, bent[pressing], apex]))[:, None]]
     return points
 
 
-def gap_slope(gap: Value, side: Side, offset: float, fraction: float, way: float) -> float:
-    """Return the slope of a gap from a fraction of a side on, forwards (1) or backwards (-1), over
-    the largest gap per length.
-
-    It is that of a parabola through three points, which is exact to fourth order for an even gap.
-    """
-    variables_at = functools.partial(variables, side, offset)
-    # with this distance, errors by round-off and by the fourth-order term are 1e-9
-    step = 1e-3
-    fractions = np.concatenate([fraction + way * step * np.arange(3), np.linspace(0.0, 1.0, 17)])
-    values = _values([gap], "gap", variables_at, False, fractions)[:, 0]
-    slope = (-3.0 * values[0] + 4.0 * values[1] - values[2]) / (2.0 * step)
-    return float(slope / (np.abs(values).max() or 1.0))
-
-
-def variables(side: Side, offset: float, fractions: Array) -> dict[str, Array]:
-    """Return the variables of expressions at fractions (n,) of a side."""
-    (x, y), (nx, ny) = side.point(fractions).T, _normals(side, fractions).T
-    return {"x": x, "y": y, "nx": nx, "ny": ny, "s": offset + side.length * fractions}
-
-
-def _normals(side: Side, fractions: Array) -> Array:
-    straight = side.curvature == 0.0
-    normal = on_arcs(
-        side.start, side.end, side.half_angle, np.zeros(1) if straight else 2.0 * fractions - 1.0
-    )[1]
-    return np.broadcast_to(normal, (len(fractions), 2)) if straight else normal
-
-
 def _conditions(
-    body: Body, side: Side, variables_at: Callable[[Array], dict[str, Array]]
-) -> Iterator[tuple[str, list[Value], Callable[[Array], Array]]]:
+    body: Body, line: Line
+) -> Iterator[tuple[str, list[Given], Callable[[Array], Array]]]:
     """Yield kind, components and values of the given data on a side.
 
     Arrays are left out, since they belong to the nodes of one mesh.
     """
     for number, condition in enumerate(body.boundary):
-        if condition.part != side.part:
+        if condition.part != line.side.part:
             continue
         key = f"boundary[{number}] ({condition.part})"
-        for kind, given, normal in given_data(condition):
-            if not any(isinstance(value, tuple) for value in given):
-                yield (
-                    kind,
-                    given,
-                    functools.partial(_values, given, key, variables_at, normal and side),
-                )
+        for kind, sources, normal in given_data(condition):
+            data = [as_given(source, key) for source in sources]
+            if all(datum.everywhere for datum in data):
+                yield kind, data, functools.partial(_values, data, line, normal)
     # the tractions of a particular solution are about as rough as its load
-    for key, given in _in_volume(body.loads):
-        yield (
-            key,
-            given,
-            functools.partial(
-                _values, given, key, lambda s: {name: variables_at(s)[name] for name in "xy"}, False
-            ),
-        )
+    for key, sources in _in_volume(body.loads):
+        data = [as_given(source, key) for source in sources]
+        yield key, data, functools.partial(_values, data, line, False)
 
 
-def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
+def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Any]]]:
     """Yield keys and components of loads that vary in the volume."""
     if loads is not None:
         loads_by_key = [
@@ -292,7 +198,7 @@ def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
         )
 
 
-def given_data(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
+def given_data(condition: Condition) -> Iterator[tuple[str, list[Any], bool]]:
     """Yield each kind of data of a condition, its components, and whether they act along the
     normal."""
     if isinstance(condition, Displacement):
@@ -316,23 +222,15 @@ def given_data(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
         yield from ((kind, [value], False) for kind, value in given if value is not None)
 
 
-def _values(
-    given: list[Value],
-    key: str,
-    variables_at: Callable[[Array], dict[str, Array]],
-    along_normal: Side | Literal[False],
-    fractions: Array,
-) -> Array:
+def _values(data: list[Given], line: Line, along_normal: bool, fractions: Array) -> Array:
     """Return values (n, c) of components at fractions (n,) of a side, 0 where not finite.
 
-    They are multiplied by the side's normal if `along_normal` is given.
+    They are multiplied by the side's normal if they act along it.
     """
-    names = variables_at(fractions)
-    columns = [evaluate(value, names, len(fractions), key, otherwise=0.0) for value in given]
+    sites = line.sites(fractions)
+    columns = [datum.near(sites) for datum in data]
     values = np.column_stack(columns or [np.zeros(len(fractions))])
-    return (
-        values if along_normal is False else np.asarray(values * _normals(along_normal, fractions))
-    )
+    return np.asarray(values * line.normals(fractions)) if along_normal else values
 
 
 def resolved(

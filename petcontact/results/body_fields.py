@@ -19,9 +19,9 @@ from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import InteriorField, Progress, points_in, stress_across
 from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.hints import demand_name, nearest
 from ..model.loaded_body import LoadedBody
 from ..round_off import SINGLE
+from ..runtime.hints import demand_name, nearest
 from .records import BodyResult
 
 

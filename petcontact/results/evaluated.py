@@ -16,9 +16,9 @@ from ..errors import InputError
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.hints import demand_name
 from ..model.problem import Problem
 from ..refinement.known_data import gap_edges
+from ..runtime.hints import demand_name
 from .body_fields import BodyFields, states_at
 from .records import StepResult, WearHistory, step_ends
 from .report import Accuracy, Finding, Provenance

@@ -15,7 +15,7 @@ from ..contact.friction_law import lengths
 from ..contact.state import History
 from ..geometry.rotation import Axial, moment
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.hints import Named
+from ..runtime.hints import Named
 from .report import Finding
 
 

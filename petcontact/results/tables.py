@@ -12,9 +12,9 @@ import numpy as np
 
 from ..contact.state import COLUMNS
 from ..errors import InputError
-from ..model.hints import demand_name
 from ..runtime.atomic_write import write_text
 from ..runtime.figure_style import STATES
+from ..runtime.hints import demand_name
 from ..runtime.text_table import as_csv
 from .data import SolutionData
 from .records import StepResult, along_tangents, below

@@ -9,7 +9,8 @@ import numpy as np
 from cosine_blocks import Block
 
 from petcontact import Box, Displacement, Material, Obstacle, Pair, Problem, Symmetry, Traction
-from petcontact.model.expressions import evaluate
+from petcontact.given.sites import Sites
+from petcontact.given.values import as_given
 
 SIDE, FINER = 2.0, 4
 """Of the face, and how many points along each side of a cell its mean is of."""
@@ -89,7 +90,8 @@ class Drawn:
         line = SIDE / (FINER * count) * (np.arange(FINER * count) + 0.5)
         x, y = (each.ravel() for each in np.meshgrid(line, line, indexing="ij"))
         gap, back = (
-            evaluate(text, {"x": x, "y": y}, len(x), "drawn")
+            as_given(text, "drawn")
+            .at(Sites(np.column_stack([x, y])))
             .reshape(count, FINER, count, FINER)
             .mean(axis=(1, 3))
             for text in (self.gap, self.back)

@@ -18,8 +18,9 @@ from hypothesis import strategies as st
 
 from petcontact import InputError, SolverError
 from petcontact.commands.main import main
+from petcontact.given.sites import Sites
+from petcontact.given.values import as_given
 from petcontact.model.case import load, parse_problem
-from petcontact.model.expressions import evaluate
 from petcontact.pipeline.judge.findings import limit_of
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.solve import solve
@@ -206,11 +207,9 @@ texts = st.lists(st.sampled_from(pieces), max_size=25).map("".join) | st.text(ma
 
 
 def value_of(text):
-    variables = {"x": X.copy(), "y": X.copy()}
-    result = one_line(lambda: evaluate(text, variables, len(X), "key"))
-    assert np.array_equal(variables["x"], X) and np.array_equal(
-        variables["y"], X
-    )  # nothing was written over
+    sites = Sites(np.column_stack([X, X]))
+    result = one_line(lambda: as_given(text, "key").at(sites))
+    assert np.array_equal(sites.x, np.column_stack([X, X]))  # nothing was written over
     return result
 
 

@@ -11,6 +11,7 @@ from shapes import closing, drawn, elastic, moved, problem, rectangle
 
 from petcontact import load
 from petcontact.geometry.surface import BoxSurface
+from petcontact.given.values import as_given
 from petcontact.mesh.curve_building import build_mesh
 from petcontact.refinement.known_data import fields, resolved
 from petcontact.refinement.marks import GradedOutline
@@ -151,7 +152,7 @@ def test_a_polynomial_is_not_searched_for_narrow_features():
 )
 def test_a_gap_over_a_box_jumps_where_points_lie(gap, off, count):
     box = BoxSurface(np.full(3, -1.0), np.ones(3))
-    points = np.vstack([np.empty((0, 3)), *gap_edges(box, "top", gap)])
+    points = np.vstack([np.empty((0, 3)), *gap_edges(box, "top", as_given(gap, "gap"))])
     assert count <= len(points) <= 2 * count
     if count:
         assert off(*points.T[:2]) == pytest.approx(0.0, abs=1e-6)

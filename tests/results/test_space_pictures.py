@@ -66,8 +66,7 @@ def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
 def test_small_triangles_tile_the_panels(solution, most):
     mesh = solution.mesh
     places, triangles, rims = small_triangles(mesh, most)
-    at = mesh.variables_at(places.element, places.place)
-    x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"]) for n in ("", "n"))
+    x, normal = mesh.at(places.element, places.place)
     area = 0.5 * np.cross(
         x[triangles[:, 1]] - x[triangles[:, 0]], x[triangles[:, 2]] - x[triangles[:, 0]]
     )

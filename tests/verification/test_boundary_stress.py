@@ -24,8 +24,7 @@ def test_stress_along_contact_graded_to_its_edges(order, levels, bound):
         own = solution.meshes[body]
         element, place = best_places(own)
         here = own.part[element] == own.part_names.index(part)
-        at = own.variables_at(element[here], place[here])
-        x = np.column_stack([at["x"], at["y"]])
+        x = own.at(element[here], place[here])[0]
         wanted = cattaneo_field(side * x)[1]
         found = solution.stress_at(x, body, part=part)[:, 0]
         assert np.abs(found - wanted).max() < bound * np.abs(wanted).max()

@@ -9,9 +9,10 @@ import numpy as np
 
 from ...arrays import Array
 from ...geometry.rotation import lifted
+from ...given.sites import Sites
+from ...given.values import as_given
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.ring_mesh import RingMesh, TwistedRingMesh
-from ...model.expressions import evaluate
 from ...model.loaded_body import LoadedBody
 from ...model.loads import VolumeLoads
 from ...model.problem import Material
@@ -165,9 +166,10 @@ class _Posed:
             if self._points is None:
                 self._points = points_in(self.mesh, self.box)
             name = f"{self.key}.{key}"
+            datum = as_given(value, name)
 
             def values_at(points: Array) -> Array:
-                return evaluate(value, dict(zip("xyz", points.T, strict=False)), len(points), name)
+                return datum.at(Sites(points))
 
             self.known[key, value], missed, mean = fitted(values_at, self._points, self.box)
             self.missed = max(self.missed, mean * stress)

@@ -89,10 +89,10 @@ add_arguments = options(
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
-    from ...model.hints import demand_name
     from ...results.body_fields import quantities
     from ...results.figures.stress import deformed_figure
     from ...results.vtu.revolve import check_revolved
+    from ...runtime.hints import demand_name
     from ...sweep.store.case_table import read_case
 
     _check_figure(arguments)

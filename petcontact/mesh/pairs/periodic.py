@@ -64,7 +64,7 @@ def partner_nodes(mesh: BoundaryMesh, part: str, partner: str) -> Index:
     The partner has the same elements, in reverse order.
     """
     own, opposite = mesh.nodes_of(part), mesh.nodes_of(partner)
-    order = np.argsort(mesh.variables(own)["s"]), np.argsort(-mesh.variables(opposite)["s"])
+    order = np.argsort(mesh.sites(own).along), np.argsort(-mesh.sites(opposite).along)
     result = np.empty_like(own)
     result[order[0]] = opposite[order[1]]
     return result

@@ -15,12 +15,13 @@ import numpy as np
 from ...arrays import Array, Index
 from ...geometry.outline import Outline, Side
 from ...geometry.same_place import TOLERANCE, inside
+from ...given.interfaces import PosedInterface
+from ...given.lines import lines_of
+from ...given.values import Given
 from ...mesh.grading import at_ends, singular_ends, turn
 from ...mesh.pairs.curve_sides import CurveProjection, curve_projection
 from ...mesh.pairs.ray_casting import along
-from ...model.expressions import Value
-from ...model.interfaces import PosedInterface
-from ...refinement.known_data import SideData, gap_slope, gap_switches
+from ...refinement.known_data import SideData
 from ...round_off import SINGLE
 
 
@@ -56,8 +57,8 @@ def pressed_sides(
     for side in sides:
         law, own = side.law, (pressed[side.body], outlines[side.body], side.part)
         if law.normal == "unilateral":
-            _add_switches(*own, law.gap, f"{side.key}.gap")
-            _add_switches(*own, law.wear_coefficient or 0.0, f"{side.key}.wear_coefficient")
+            _add_switches(*own, law.gap)
+            _add_switches(*own, law.wear_coefficient)
         _add_apex(pressed, outlines, side)
         if side.primary is None or side.periodic:
             continue
@@ -78,7 +79,7 @@ def _add_corners(
             if arcs := _inner(outlines[partner], int(faced[met]), fraction):
                 pressed[partner].inner.setdefault(int(faced[met]), []).extend(arcs)
                 pressed[one].pressing.add((number, end))
-    if side.law.normal == "unilateral" and side.law.gap == "geometry":
+    if side.law.normal == "unilateral" and side.law.gap is None:
         _add_distances(pressed[a], outlines[a].sides, pair)
 
 
@@ -132,15 +133,11 @@ def _add_apex(
         for k, end in outlines[b].axis_ends
         if outlines[b].sides[k].part == part
     ]
-    if side.law.gap == "geometry":
+    if side.law.gap is None:
         slopes = [abs(at_ends(outlines[b], turn)[k][end]) for b, k, end in ends]
     else:
         slopes = [
-            abs(
-                gap_slope(
-                    side.law.gap, outlines[b].sides[k], outlines[b].offsets[k], end, 1 - 2 * end
-                )
-            )
+            abs(lines_of(outlines[b])[k].slope(side.law.gap, end, 1 - 2 * end))
             for b, k, end in ends
             if b == side.body
         ]
@@ -149,11 +146,11 @@ def _add_apex(
             pressed[b].pressing.add((k, end))
 
 
-def _add_switches(pressed: PressedSides, outline: Outline, part: str, gap: Value, key: str) -> None:
+def _add_switches(pressed: PressedSides, outline: Outline, part: str, datum: Given | None) -> None:
     """Add where a gap, or the wear that opens it, has kinks and jumps along a part."""
-    for k, (segment, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
-        if segment.part == part:
-            rough = gap_switches(gap, segment, offset, key)
+    for k, line in enumerate(lines_of(outline)):
+        if line.side.part == part:
+            rough = line.switches(datum)
             for arcs, fractions in zip((pressed.kinks, pressed.inner), rough, strict=True):
                 arcs.setdefault(k, []).extend(_inner(outline, k, fractions))
 

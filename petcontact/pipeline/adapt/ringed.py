@@ -11,8 +11,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.state import Start
+from ...given.interfaces import PosedInterface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
 from ...refinement.panels.patches import patches_of
 from ...refinement.panels.rings import ringed, sector

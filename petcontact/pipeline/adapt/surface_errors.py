@@ -12,9 +12,9 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
+from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
-from ...model.interfaces import PosedInterface
 from ...refinement.panels.axes import directions
 from ...refinement.panels.marks import element_sizes, faded
 from ...refinement.panels.tail import FADE, Tails, rim_distance

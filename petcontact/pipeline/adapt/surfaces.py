@@ -14,9 +14,9 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
 from ...geometry.surface import Boundary
+from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.interfaces import PosedInterface
 from ...model.problem import Body, Problem
 from ...refinement.known_data import gap_edges
 from ...refinement.marks import LevelMesh

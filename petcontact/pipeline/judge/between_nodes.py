@@ -14,11 +14,11 @@ import scipy
 from ...arrays import Array, Index, Mask, States
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import OPEN
+from ...given.interfaces import PosedInterface
+from ...given.sites import Sites
 from ...mesh.approximation import ACROSS, WITHIN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
-from ...model.expressions import evaluate
-from ...model.interfaces import PosedInterface
 from ...round_off import HALF
 
 MOVED = 1e-3
@@ -167,26 +167,23 @@ def places_between(
 
     It is None where the parts cannot separate, or where the gap is known only at nodes.
     """
-    at_nodes_only = not isinstance(side.law.gap, (int, float, str)) and not callable(side.law.gap)
+    at_nodes_only = side.law.gap is not None and not side.law.gap.everywhere
     if side.law.normal != "unilateral" or at_nodes_only:
         return None
     mesh = meshes[side.body]
     element, faces = mesh.faces(side.part)
     # a function may have a narrow minimum, and is cheaper to evaluate than a ray is to cast
     fine = 1 + math.ceil(2 * ACROSS / len(element) ** (1.0 / (mesh.dim - 1)))
-    across = faces.SAMPLES if side.law.gap == "geometry" else max(faces.SAMPLES, fine)
+    across = faces.SAMPLES if side.law.gap is None else max(faces.SAMPLES, fine)
     return Sampling(mesh, interface.nodes, element, faces, _gap_at(side, meshes), across)
 
 
 def _gap_at(side: PosedInterface, meshes: list[BoundaryMesh]) -> GapAt:
-    mesh = meshes[side.body]
-    if side.law.gap != "geometry":
-
-        def expression(element: Index, local: Array, x: Array, normal: Array) -> Array:
-            names = mesh.variables_at(element, local)
-            return evaluate(side.law.gap, names, len(x), f"{side.key}.gap", otherwise=np.inf)
-
-        return expression
+    mesh, gap = meshes[side.body], side.law.gap
+    if gap is not None:
+        return lambda element, local, x, normal: gap.near(
+            Sites(x, normal, mesh.arc_lengths(element, local)), np.inf
+        )
     if side.primary is None:
         return lambda element, local, x, normal: np.zeros(len(x))
     opposite = meshes[side.primary[0]].faces(side.primary[1])[1]

@@ -8,9 +8,9 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...geometry.surface import Boundary
+from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
-from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
 from ...results.report import Finding
 from ...round_off import WRITTEN

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,10 +17,11 @@ from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import lifted
+from ...given.interfaces import PosedInterface
+from ...given.sites import Sites
+from ...given.values import Given
 from ...mesh.approximation import Samples, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.expressions import evaluate
-from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...model.problem import Displacement, Problem, Traction
 from ...refinement.panels.marks import element_sizes, faded
@@ -52,9 +53,9 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
             key = loaded.number, type(term).__name__.lower(), part
             shares[key] = max(data.left(loaded.number, part, term)[1], shares.get(key, 0.0))
     for side, quantity in itertools.product(problem.interfaces, BOUNDS):
-        value = getattr(side.law, quantity)
-        if isinstance(value, str) or callable(value):
-            samples, nodal = samples_of_law(side, meshes[side.body], quantity)
+        datum = getattr(side.law, quantity)
+        if datum is not None and datum.varies and datum.everywhere:
+            samples, nodal = samples_of_datum(datum, side.part, meshes[side.body])
             share = samples.share(samples.left(nodal), samples.values)
             shares[side.body, quantity.replace("_", " "), side.part] = share
     return [
@@ -90,7 +91,8 @@ class GapRemainder:
         self, side: PosedInterface, mesh: BoundaryMesh, nodes: Index, stiffness: float
     ) -> None:
         self._mesh, self._nodes, self._stiffness = mesh, nodes, stiffness
-        self._samples, nodal = samples_of_law(side, mesh, "gap")
+        assert side.law.gap is not None
+        self._samples, nodal = samples_of_datum(side.law.gap, side.part, mesh)
         self._left = self._samples.left(nodal)[:, 0]
         self._size = element_sizes(mesh)
 
@@ -130,9 +132,8 @@ class GapRemainder:
         opening, touched = self._opening(pair)
         opening[touched[samples.element]] = 0.0
         deep = opening < min(0.5 * float(opening.min()), 0.0)
-        names = mesh.variables_at(samples.element[deep], samples.place[deep])
         width = float(samples.weight[deep].sum()) ** (1.0 / (mesh.dim - 1))
-        return np.column_stack([names[c] for c in "xyz"[: mesh.dim]]), width
+        return mesh.at(samples.element[deep], samples.place[deep])[0], width
 
     def _opening(self, pair: PairResult) -> tuple[Array, Mask]:
         """Return the distance of the surfaces at the samples (q,) [length] and the elements in
@@ -197,19 +198,16 @@ class GapRemainder:
         return np.divide(result, whole, out=np.full_like(result, 0.5), where=whole > 0.0)
 
 
-def samples_of_law(side: PosedInterface, mesh: BoundaryMesh, name: str) -> tuple[Samples, Array]:
-    """Return samples of a law's gap or bound, and its values (n, 1) at all nodes; 0 where not
+def samples_of_datum(datum: Given, part: str, mesh: BoundaryMesh) -> tuple[Samples, Array]:
+    """Return samples of a datum on a part, and its values (n, 1) at all nodes; 0 where not
     finite."""
 
-    def values(names: Mapping[str, Array], count: int) -> Array:
-        return evaluate(getattr(side.law, name), names, count, side.key, otherwise=0.0)[:, None]
-
     def function(element: Index, local: Array, x: Array, normal: Array) -> Array:
-        return values(mesh.variables_at(element, local), len(x))
+        return datum.near(Sites(x, normal, mesh.arc_lengths(element, local)))[:, None]
 
-    nodes, nodal = mesh.nodes_of(side.part), np.zeros((mesh.n_nodes, 1))
-    nodal[nodes] = values(mesh.variables(nodes), len(nodes))
-    return sampled(mesh, side.part, function, (name, getattr(side.law, name))), nodal
+    nodes, nodal = mesh.nodes_of(part), np.zeros((mesh.n_nodes, 1))
+    nodal[nodes, 0] = datum.near(mesh.sites(nodes))
+    return sampled(mesh, part, function, datum), nodal
 
 
 def gap_remainders(
@@ -223,7 +221,7 @@ def gap_remainders(
     remainders = list[GapRemainder | None]()
     for side, contact_nodes in zip(problem.interfaces, nodes, strict=True):
         gap = side.law.gap
-        rough = callable(gap) or (isinstance(gap, str) and gap != "geometry")
+        rough = gap is not None and gap.varies and gap.everywhere
         soft = sum(
             0.5 * math.pi * kernel_for(meshes[b], problem.body[b].material).half_space_compliance
             for b in side.bodies
@@ -299,9 +297,9 @@ class DataRemainders:
         if function is None:
             return np.zeros(mesh.n_elements), 0.0, 0.0
         samples, nodes = sampled(mesh, part, function, condition), mesh.nodes_of(part)
-        nodal, names = np.zeros((mesh.n_nodes, mesh.components)), mesh.variables(nodes)
+        nodal = np.zeros((mesh.n_nodes, mesh.components))
         normal = lifted(mesh.normal[nodes], mesh.components)
-        at_nodes = given_values(condition, names, normal, part, otherwise=0.0)
+        at_nodes = given_values(condition, mesh.sites(nodes), normal, part, strict=False)
         nodal[nodes] = approximated(samples, nodes, at_nodes)
         left = samples.left(nodal)
         lost = float(np.linalg.norm(samples.weight @ left)) + samples.doubt

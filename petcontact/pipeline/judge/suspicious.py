@@ -74,8 +74,9 @@ def _frictions(discrete: Discrete) -> list[Finding]:
     """Find friction coefficients that no dry pair of materials has."""
     findings = list[Finding]()
     for side in discrete.sides:
-        value = side.law.friction_coefficient
-        if isinstance(value, (int, float)) and value > limit_of("friction coefficient"):
+        mu = side.law.friction_coefficient
+        value = 0.0 if mu is None or mu.varies else mu.source
+        if value > limit_of("friction coefficient"):
             text = f"a friction coefficient of {value:g}: dry pairs have 0.05 to 1.5"
             where = f"pair {side.name!r}"
             findings.append(new_finding("friction coefficient", text, where, measured=float(value)))

@@ -73,7 +73,7 @@ def _untouched(face: Interface, mesh: BoundaryMesh, spin: Axial) -> PairResult:
         face.normal,
         face.tangent,
         mesh.weight[face.nodes],
-        mesh.variables(face.nodes).get("s", zeros),
+        mesh.sites(face.nodes).along,
         zeros,
         shear,
         zeros,

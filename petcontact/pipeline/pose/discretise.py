@@ -17,10 +17,10 @@ from ...compliance.interface import Interface
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import Tresca
 from ...geometry.surface import Boundary
+from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
 from ...mesh.pairs.matching import matched
-from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Problem
 from ...refinement.meshes import mesh_of

@@ -12,12 +12,11 @@ from ...arrays import Array, Index
 from ...compliance.interface import Interface
 from ...errors import InputError
 from ...geometry.rotation import lifted
+from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
-from ...model.expressions import evaluate
-from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...refinement.panels.marks import LONGER
 from ...results.numbers import maximum
@@ -91,7 +90,7 @@ def contact_interface(
     normal, gap = along(side.direction, mesh.smooth_normal[nodes]).copy(), np.zeros(len(nodes))
     if facing is not None:
         assert side.primary is not None
-        normal, drawn = facing.normal, law.gap == "geometry" and law.normal == "unilateral"
+        normal, drawn = facing.normal, law.gap is None and law.normal == "unilateral"
         gap = np.where(facing.met, facing.distance if drawn else 0.0, np.inf)
         opposite = {
             "primary": side.primary[0],
@@ -101,8 +100,8 @@ def contact_interface(
             "distance": facing.distance,
             "sag": facing.sag if drawn else None,
         }
-    if law.gap != "geometry":
-        gap = gap + evaluate(law.gap, mesh.variables(nodes), len(nodes), f"{side.key}.gap")
+    if law.gap is not None:
+        gap = gap + law.gap.at(mesh.sites(nodes))
     tangent = mesh.slip_directions(normal)
     return (
         Interface(side.name, side.body, nodes, normal, tangent, gap, **opposite),
@@ -117,7 +116,7 @@ def _findings(side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None) -
     Faces that lie across an axis may well lie on a flat obstacle.
     """
     where = f"pair {side.name!r}"
-    by_shape, unilateral = side.law.gap == "geometry", side.law.normal == "unilateral"
+    by_shape, unilateral = side.law.gap is None, side.law.normal == "unilateral"
     if facing is None:
         normal = mesh.smooth_normal[mesh.nodes_of(side.part)]
         bent = np.linalg.norm(np.ptp(normal, axis=0)) > SINGLE

@@ -8,10 +8,10 @@ from ...bem.compatibility import check_revolution
 from ...errors import InputError
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
-from ...model.hints import demand_name
-from ...model.interfaces import PosedInterface
+from ...given.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Contact, Periodic, Problem, Traction
+from ...runtime.hints import demand_name
 from .load_states import check_components
 
 
@@ -94,7 +94,7 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         if side.periodic and boundary.dim > 2:
             raise InputError(f"{side.key}: periodic sides are those of plane bodies")
         # the secondary of a condition is its own part
-        if isinstance(side.law, Contact) and role == "secondary":
+        if side.is_condition and role == "secondary":
             continue
         key = f"{side.key}.{'partner' if side.periodic else role}"
         noun = _end_in_words(problem, side, role)
@@ -134,13 +134,18 @@ def body_alone(problem: Problem, number: int, boundary: Boundary) -> Body:
     touching: dict[str, Contact] = {}
     for side in problem.interfaces:
         law = side.law
-        given = {
-            key: getattr(law, key) for key in ("normal", "friction_coefficient", "friction_bound")
+        friction = {
+            "friction_coefficient": law.friction_coefficient,
+            "friction_bound": law.friction_bound,
+        }
+        given: dict[str, Any] = {
+            "normal": law.normal,
+            **{key: datum and datum.source for key, datum in friction.items()},
         }
         if side.primary and side.primary[0] == number:
             touching[side.primary[1]] = contact(part=side.primary[1], **given)
         if side.body == number:
-            gap = 0.0 if law.gap == "geometry" else law.gap
+            gap = 0.0 if law.gap is None else law.gap.source
             touching[side.part] = contact(part=side.part, **given, gap=gap)
     # the body's own conditions come first, because messages name them by number
     conditions: list[Any] = [

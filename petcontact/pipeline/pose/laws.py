@@ -14,9 +14,8 @@ from ...contact.law_protocol import ContactLaw
 from ...contact.laws import STEEP, SignoriniCoulomb, Tresca
 from ...contact.methods.registry import ContactNodes, law_of
 from ...errors import InputError
+from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.expressions import evaluate
-from ...model.interfaces import PosedInterface
 
 
 def with_law(
@@ -116,10 +115,10 @@ def _not_negative(
     side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh], key: str
 ) -> Array | None:
     """Return the values (m,) of one key of an interface's law; None if the key is not given."""
-    value, mesh, nodes = getattr(side.law, key), meshes[side.body], interface.nodes
-    if value is None:
+    datum, mesh, nodes = getattr(side.law, key), meshes[side.body], interface.nodes
+    if datum is None:
         return None
-    values = evaluate(value, mesh.variables(nodes), len(nodes), f"{side.key}.{key}")
+    values = np.asarray(datum.at(mesh.sites(nodes)))
     if np.any(values < 0.0):
         k = int(np.argmin(values))
         position = ", ".join(

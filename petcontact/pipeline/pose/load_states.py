@@ -4,7 +4,7 @@ suitable directions."""
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -25,9 +25,10 @@ from ...errors import InputError
 from ...fields.interior import InteriorField
 from ...geometry.rotation import lifted
 from ...geometry.superelement import CondensedSurface
+from ...given.sites import Sites
+from ...given.values import as_given
 from ...mesh.approximation import Function, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.expressions import evaluate
 from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Displacement, Periodic, Symmetry, Traction
 from ...round_off import WRITTEN
@@ -252,7 +253,7 @@ def _given(
     for term in () if isinstance(condition, Symmetry | Periodic) else condition.apart:
         if isinstance(term, Displacement) or term.pressure is None:
             check_components(f"{key}.value", term.value or (), mesh.components)
-        nodal = given_values(term, mesh.variables(nodes), normal, key)
+        nodal = given_values(term, mesh.sites(nodes), normal, key)
         function = known_function(term, mesh, key)
         if function is not None:
             nodal = approximated(sampled(mesh, part, function, term), nodes, nodal)
@@ -276,31 +277,32 @@ def known_function(
         return None
 
     def function(element: Index, local: Array, x: Array, normal: Array) -> Array:
-        names = mesh.variables_at(element, local)
-        return given_values(condition, names, lifted(normal, mesh.components), key, otherwise=0.0)
+        sites = Sites(x, normal, mesh.arc_lengths(element, local))
+        return given_values(condition, sites, lifted(normal, mesh.components), key, strict=False)
 
     return function
 
 
 def given_values(
     condition: Displacement | Traction,
-    names: Mapping[str, Array],
+    sites: Sites,
     normal: Array,
     key: str,
     *,
-    otherwise: float | None = None,
+    strict: bool = True,
 ) -> Array:
-    """Return the values (q, d) of a condition for these variables and normals (q, d)."""
-    count = len(normal)
+    """Return the values (q, d) of a condition at sites with lifted normals (q, d)."""
+
+    def at(source: Any, name: str) -> Array:
+        datum = as_given(source, f"{key}.{name}")
+        return datum.at(sites) if strict else datum.near(sites)
+
     if isinstance(condition, Traction) and condition.pressure is not None:
-        pressure = evaluate(
-            condition.pressure, names, count, f"{key}.pressure", otherwise=otherwise
-        )
-        return -pressure[:, None] * normal
+        return -at(condition.pressure, "pressure")[:, None] * normal
     columns = [
-        np.zeros(count)
+        np.zeros(len(sites))
         if component == "free" and isinstance(condition, Displacement)
-        else evaluate(component, names, count, f"{key}.value[{c}]", otherwise=otherwise)
+        else at(component, f"value[{c}]")
         for c, component in enumerate(condition.value or ())
     ]
     return np.column_stack(columns)

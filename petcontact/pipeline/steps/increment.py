@@ -183,10 +183,7 @@ class PreparedProblem:
         lengths are 0 in space."""
         faces = zip(self.discrete.sides, self.discrete.interfaces, strict=True)
         on = [(self.discrete.meshes[side.body], face.nodes) for side, face in faces]
-        return [
-            (mesh.x[m], mesh.weight[m], mesh.variables(m).get("s", np.zeros(len(m))))
-            for mesh, m in on
-        ]
+        return [(mesh.x[m], mesh.weight[m], mesh.sites(m).along) for mesh, m in on]
 
     @property
     def steps(self) -> tuple[Step, ...]:

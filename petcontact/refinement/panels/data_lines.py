@@ -12,13 +12,14 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.same_place import TOLERANCE, distinct
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, face_axes
+from ...given.features import kinks, uniform
+from ...given.sites import Sites
+from ...given.values import Given, as_given
 from ...mesh.pairs.box_faces import grid_lines, mesh_of_lines
 from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.expressions import Value, evaluate
 from ...model.problem import Body
 from ...round_off import SOLVED
-from ..expression_features import degree, kinks, uniform
 from ..known_data import gap_edges, given_data
 from .tail import FADE
 
@@ -69,10 +70,11 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
     result, names = [np.empty(0) for _ in range(12)], list(BOX_PARTS)
     for condition in body.boundary:
         number = names.index(condition.part)
-        given = itertools.chain.from_iterable(values for _, values, _ in given_data(condition))
-        varying = [v for v in given if callable(v) or isinstance(v, str)]
-        for k, value in itertools.product((0, 1), varying):
-            fractions = _across(value, box, condition.part, k)
+        sources = itertools.chain.from_iterable(values for _, values, _ in given_data(condition))
+        data = [as_given(source, condition.part) for source in sources]
+        varying = [datum for datum in data if datum.varies and datum.everywhere]
+        for k, datum in itertools.product((0, 1), varying):
+            fractions = _across(datum, box, condition.part, k)
             result[2 * number + k] = distinct(
                 np.concatenate([result[2 * number + k], fractions]), TOLERANCE, 1.0
             )
@@ -80,8 +82,8 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
 
 
 @gap_edges.register
-def _(box: BoxSurface, part: str, gap: Value) -> list[Array]:
-    if not (callable(gap) or (isinstance(gap, str) and math.isinf(degree(gap)))):
+def _(box: BoxSurface, part: str, gap: Given | None) -> list[Array]:
+    if gap is None or not gap.everywhere or math.isfinite(gap.degree):
         return []
     # they are closer than half of the strip beside an edge in which errors fade out
     along = math.ceil(2.0 / FADE)
@@ -89,7 +91,7 @@ def _(box: BoxSurface, part: str, gap: Value) -> list[Array]:
     return [points] if 0 < len(points) <= MOST_LINES * along else []
 
 
-def _jumps(gap: Value, box: BoxSurface, part: str, axis: int, count: int) -> Array:
+def _jumps(gap: Given, box: BoxSurface, part: str, axis: int, count: int) -> Array:
     """Return the points (k, 3) at which a gap jumps along some lines across a face.
 
     Of each interval the half with the larger change is kept: it stays as large at a jump only.
@@ -98,8 +100,7 @@ def _jumps(gap: Value, box: BoxSurface, part: str, axis: int, count: int) -> Arr
     low, share = (each.ravel() for each in np.meshgrid(cells, cells + 0.5 * width))
 
     def values(fractions: Array) -> Array:
-        names = _variables(box, part, axis, share, fractions)
-        return evaluate(gap, names, len(fractions), "", otherwise=0.0)
+        return gap.near(_sites(box, part, axis, share, fractions))
 
     ends = np.array([values(low), values(low + width)])
     least = np.maximum(0.5 * np.abs(ends[1] - ends[0]), SOLVED * np.abs(ends).max())
@@ -111,19 +112,17 @@ def _jumps(gap: Value, box: BoxSurface, part: str, axis: int, count: int) -> Arr
         ends = np.where(upper, [middle, ends[1]], [ends[0], middle])
     inside = (low > TOLERANCE) & (low < 1.0 - 2.0 * TOLERANCE)
     jumps = inside & (np.abs(ends[1] - ends[0]) > least)
-    names = _variables(box, part, axis, share[jumps], low[jumps])
-    return np.column_stack([names[key] for key in "xyz"])
+    return _sites(box, part, axis, share[jumps], low[jumps]).x
 
 
-def _across(value: Value, box: BoxSurface, part: str, axis: int) -> Array:
+def _across(datum: Given, box: BoxSurface, part: str, axis: int) -> Array:
     """Return the fractions of an axis of a face with a kink, or a jump, on at least two lines along
     it."""
     shares = uniform()
     far = float(np.abs([box.lower, box.upper]).max() / (box.upper - box.lower).min())
 
     def values(share: float, fractions: Array) -> Array:
-        names = _variables(box, part, axis, share, fractions)
-        return evaluate(value, names, len(fractions), "", otherwise=0.0)
+        return datum.near(_sites(box, part, axis, share, fractions))
 
     # multiples of the golden section: only a line across has equal kinks at two of them
     found = [
@@ -138,11 +137,9 @@ def _across(value: Value, box: BoxSurface, part: str, axis: int) -> Array:
     return lines if len(lines) <= MOST_LINES else np.empty(0)
 
 
-def _variables(
-    box: BoxSurface, part: str, axis: int, share: Array | float, fractions: Array
-) -> dict[str, Array]:
-    """Return the variables of expressions at fractions (n,) of an axis of a face, at a share, or
-    shares (n,), of the other axis."""
+def _sites(box: BoxSurface, part: str, axis: int, share: Array | float, fractions: Array) -> Sites:
+    """Return the sites at fractions (n,) of an axis of a face, at a share, or shares (n,), of the
+    other axis."""
     across, side = BOX_PARTS[part]
     axes, shares = face_axes(across, side), np.empty((len(fractions), 3))
     shares[:, axes[axis]], shares[:, axes[1 - axis]], shares[:, across] = (
@@ -152,5 +149,4 @@ def _variables(
     )
     normal = np.zeros_like(shares)
     normal[:, across] = 2 * side - 1
-    x = box.lower + shares * (box.upper - box.lower)
-    return dict(zip(("x", "y", "z", "nx", "ny", "nz"), (*x.T, *normal.T), strict=True))
+    return Sites(box.lower + shares * (box.upper - box.lower), normal)

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...contact.law_protocol import OPEN
 from ...errors import InputError
-from ...model.hints import among, demand_name
 from ...runtime.figure_style import SIZE, save_all, style
+from ...runtime.hints import among, demand_name
 from ..data import SolutionData
 from ..records import PairResult, step_ends
 from ..vtu.inside import filled_bodies

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...model.bodies import Contact, Traction
+from ...model.bodies import Traction
 from ...model.summary import condition_text, law_text
 from ...runtime.figure_style import COLOURS, plain, wrapped
 from ..data import SolutionData
@@ -59,7 +59,7 @@ def parts_of(solution: SolutionData) -> list[LabelledPart]:
             labelled[name, part] = LabelledPart(name, part, kind, text)
     for side in problem.interfaces:
         for number, part in () if side.periodic else side.ends:
-            pair = "" if isinstance(side.law, Contact) else f"pair {side.name}"
+            pair = "" if side.is_condition else f"pair {side.name}"
             text = law_text(side.law) if (number, part) == side.ends[0] else ""
             labelled[names[number], part] = LabelledPart(names[number], part, "contact", text, pair)
     return list(labelled.values())

@@ -15,8 +15,8 @@ from ...arrays import Array, shown
 from ...fields.stress_state import Field
 from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.hints import demand_name
 from ...runtime.figure_style import label, legend_below, plain, save
+from ...runtime.hints import demand_name
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
 from ..peaks import QUANTITIES

@@ -253,8 +253,8 @@ def _(
     place = np.tile(np.linspace(0.0, 1.0, ALONG + 1), mesh.n_elements)
     number = np.arange(len(element)).reshape(-1, ALONG + 1)
     rims = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
-    at, basis = mesh.variables_at(element, place), mesh.basis_at(element, place)
-    x, cells = np.column_stack([at["x"], at["y"]]), np.empty((0, 3), dtype=np.int64)
+    basis, x = mesh.basis_at(element, place), mesh.at(element, place)[0]
+    cells = np.empty((0, 3), dtype=np.int64)
     inside: Callable[[StepResult], StressState | None] = lambda step: None  # noqa: E731
     if name in filled_bodies(solution):
         size = np.ptp(x, axis=0)

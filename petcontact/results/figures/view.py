@@ -5,15 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...errors import InputError
+from ...given.interfaces import PosedInterface
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.expressions import evaluate
 from ...runtime.figure_style import label, round_number
 from ..data import SolutionData
 from ..records import PairResult, StepResult
@@ -111,13 +110,12 @@ def _misfit(solution: SolutionData) -> float:
     return largest
 
 
-def _first_gap(solution: SolutionData, side: Any, pair: PairResult) -> Array:
+def _first_gap(solution: SolutionData, side: PosedInterface, pair: PairResult) -> Array:
     """The gap (m,) of an interface before anything moved [length]."""
     mesh = solution.meshes[solution.sides[side.name][0]]
-    if side.law.gap != "geometry":
+    if side.law.gap is not None:
         try:
-            variables = mesh.variables(solution.nodes[side.name])
-            return evaluate(side.law.gap, variables, len(pair.x), f"{side.key}.gap")
+            return side.law.gap.at(mesh.sites(solution.nodes[side.name]))
         except InputError:  # a function of Python, which no file holds: any gap is possible
             return np.full(len(pair.x), np.ptp(mesh.x))
     if side.primary is None or side.law.normal != "unilateral":

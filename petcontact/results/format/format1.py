@@ -131,7 +131,7 @@ def _ground_pair(
         normal,
         tangent,
         weight,
-        mesh.variables(nodes).get("s", zero),
+        mesh.sites(nodes).along,
         pressure,
         sigma_t,
         bound,

@@ -121,18 +121,17 @@ def law_words(posed: Any) -> list[str]:
         return ["periodic"]
     if law.normal == "bonded":
         return ["bonded"]
-    coefficient, bound = law.friction_coefficient, law.friction_bound
     given = {
-        "friction coefficient": coefficient,
-        "friction bound": bound,
+        "friction coefficient": law.friction_coefficient,
+        "friction bound": law.friction_bound,
         "wear coefficient": law.wear_coefficient,
     }
     named = [
-        f"{name} {value if isinstance(value, float) else value_text(value)}"
-        for name, value in given.items()
-        if value is not None
+        f"{name} {value_text(datum) if datum.varies else datum}"
+        for name, datum in given.items()
+        if datum is not None
     ]
-    friction = [] if (coefficient, bound) != (None, None) else ["without friction"]
+    friction = [] if law.has_friction else ["without friction"]
     return [f"{law.normal} contact", *friction, *map(printable, named)]
 
 
@@ -149,7 +148,7 @@ def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[
     pulls = bonded and not tell.is_told(step, name, pressure)  # all over
     shear = {"largest q": "largest q"} if tell.verbose or bonded else {}
     yield list(tell.items(step, name, shear if pulls else pressure | shear))
-    slides = (law.friction_coefficient, law.friction_bound) != (None, None)
+    slides = law.has_friction
     yield [*_area(tell, step, name, slides), *_gaps(tell, step, name, law)]
     if tell.verbose or (slides and tell.is_told(step, name, MOVED)):
         yield list(tell.items(step, name, MOVED))

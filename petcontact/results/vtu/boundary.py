@@ -111,8 +111,7 @@ def _cells(mesh: Any, fields: BodyFields, state: Index, bound: Array) -> meshio.
     )
     place = (np.arange(len(element)) - np.searchsorted(element, element)) / counts[element]
     middle = (np.arange(len(lines)) - np.searchsorted(lines, lines) + 0.5) / counts[lines]
-    at, stress = mesh.variables_at(element, place), fields.on_boundary(element, place)
-    x, normal = np.column_stack([at["x"], at["y"]]), np.column_stack([at["nx"], at["ny"]])
+    (x, normal), stress = mesh.at(element, place), fields.on_boundary(element, place)
     cell_state = state[_nearest(mesh, lines, middle)]
     touches = np.ones(mesh.n_elements, dtype=bool)
     touches[lines[cell_state < 0]] = False
@@ -140,7 +139,7 @@ def _cells(mesh: Any, fields: BodyFields, state: Index, bound: Array) -> meshio.
             "sigma_n": sigma_n,
             **dict(zip(("sigma_t", "sigma_theta"), sigma_t.T, strict=False)),
             "friction_bound": np.where(touching, limit, 0.0),
-            "arc_length": at["s"],
+            "arc_length": mesh.arc_lengths(element, place),
             **_stress_data(stress),
         },
         cell_data={

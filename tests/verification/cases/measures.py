@@ -11,7 +11,8 @@ import importlib
 
 import numpy as np
 
-from petcontact.model.expressions import evaluate
+from petcontact.given.sites import Sites
+from petcontact.given.values import as_given
 from petcontact.refinement.contact_edges import edges
 
 
@@ -203,4 +204,4 @@ def exact_values(x, exact):
     if ":" in exact:
         module, name = exact.split(":")
         return getattr(importlib.import_module(f"{__package__}.{module}"), name)(x)
-    return evaluate(exact, dict(zip("xyz", x.T, strict=False)), len(x), "exact")
+    return as_given(exact, "exact").at(Sites(x))

@@ -16,8 +16,9 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..geometry.same_place import SMALLEST, TOLERANCE
-from ..model.expressions import Value, parse_expression, plain_value
 from ..round_off import ROUNDED, SUMMED
+from .expressions import parse_expression, plain_value
+from .sites import Way
 
 SAMPLES = 4096
 """Uniform samples of a side."""
@@ -38,19 +39,17 @@ SMOOTH = 0.75
 """Power of the interval with which the change of slope falls, from which a function is smooth [-].
 The power is 1 at a curvature, 0 at a kink, -1 at a jump, which is below -`SMOOTH`."""
 
-Variables = Callable[[Array], dict[str, Array]]
 
-
-def samples_of(text: str, variables: Variables) -> Array:
+def samples_of(text: str, way: Way) -> Array:
     """Return increasing fractions (n,) in [0, 1] that resolve every peak of an expression on a
     side.
 
     Parameters
     ----------
     text : str
-        An expression that `evaluate` accepts.
-    variables : callable
-        Function from fractions (n,) of the side to the expression's variables there, (n,) each.
+        An expression.
+    way : callable
+        The side, see `Way`.
 
     Raises
     ------
@@ -59,21 +58,19 @@ def samples_of(text: str, variables: Variables) -> Array:
     """
     done = np.array([0.0, 1.0])
     samples = _around(done, uniform())
-    names = variables(samples)
+    names = way(samples).names
     # each sub-expression is examined once
     parts = {ast.dump(node): node for node in _parts(parse_expression(text), names)}
     for node in parts.values():
         values = plain_value(node, names, len(samples))
-        centres = np.concatenate(
-            [_zeros(node, variables, samples, values), _turns(samples, values)]
-        )
+        centres = np.concatenate([_zeros(node, way, samples, values), _turns(samples, values)])
         centres = centres[:: max(1, len(centres) // MOST_FEATURES)]
         # closer centres share samples
         apart = np.abs(centres[:, None] - done) > SMALLEST
         centres = centres[apart.all(axis=1)]
         if len(centres):
             done, samples = np.append(done, centres), _around(centres, samples)
-            names = variables(samples)
+            names = way(samples).names
     return samples
 
 
@@ -165,19 +162,17 @@ def _powers(width: Array, change: Array) -> Array:
     )
 
 
-def degree(value: Value) -> float:
-    """Return the degree of a number or an expression as a polynomial on a straight line.
+def degree(text: str) -> float:
+    """Return the degree of an expression as a polynomial on a straight line.
 
     It is infinite if the expression is no polynomial.
 
     Examples
     --------
-    >>> degree("1e-3*(x**2 + y*s)/4 - nx"), degree("sin(x)"), degree(2.0)
-    (2.0, inf, 0.0)
+    >>> degree("1e-3*(x**2 + y*s)/4 - nx"), degree("sin(x)")
+    (2.0, inf)
     """
-    if isinstance(value, str):
-        return _degree(parse_expression(value))
-    return 0.0 if isinstance(value, float | int) else math.inf
+    return _degree(parse_expression(text))
 
 
 def _degree(node: ast.expr) -> float:
@@ -222,8 +217,8 @@ def _is_whole(node: ast.expr) -> bool:
     return isinstance(value, (int, float)) and value >= 0 and value % 1 == 0
 
 
-def _values(node: ast.expr, variables: Variables, fractions: Array) -> Array:
-    return plain_value(node, variables(fractions), len(fractions))
+def _values(node: ast.expr, way: Way, fractions: Array) -> Array:
+    return plain_value(node, way(fractions).names, len(fractions))
 
 
 def uniform() -> Array:
@@ -246,7 +241,7 @@ def _around(centres: Array, samples: Array) -> Array:
     return np.asarray(np.unique(np.concatenate([samples, more[(more >= 0.0) & (more <= 1.0)]])))
 
 
-def _zeros(node: ast.expr, variables: Variables, fractions: Array, values: Array) -> Array:
+def _zeros(node: ast.expr, way: Way, fractions: Array, values: Array) -> Array:
     """Return where a sub-expression vanishes.
 
     These are samples at which it is 0 (ends of runs of them), and bisected changes of sign.
@@ -260,7 +255,7 @@ def _zeros(node: ast.expr, variables: Variables, fractions: Array, values: Array
         return fractions[edges]  # rough everywhere: the samples show that
     for _ in range(60 if len(cut) else 0):
         middle = 0.5 * (low + high)
-        same = np.sign(_values(node, variables, middle)) == below
+        same = np.sign(_values(node, way, middle)) == below
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     return np.concatenate([fractions[edges], high])
 

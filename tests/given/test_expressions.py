@@ -8,16 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact import Contact, InputError, Rectangle
-from petcontact.model.expressions import evaluate
-from petcontact.refinement.known_data import gap_switches
+from petcontact.given.lines import lines_of
+from petcontact.given.sites import Sites
+from petcontact.given.values import as_given
 
 X = np.array([0.0, 1.0, 2.0])
-VARIABLES = {"x": X, "y": X + 1.0, "nx": X * 0.0, "ny": X * 0.0 - 1.0, "s": X / 2.0}
+SITES = Sites(np.stack([X, X + 1.0], 1), np.tile([0.0, -1.0], (3, 1)), X / 2.0)
 
 
 def value(text):
     """As of a problem, which parses expressions before they are evaluated."""
-    return evaluate(Contact("bottom", normal="bilateral", gap=text).gap, VARIABLES, 3, "gap")
+    return as_given(Contact("bottom", normal="bilateral", gap=text).gap, "gap").at(SITES)
 
 
 @pytest.mark.parametrize(
@@ -64,11 +65,11 @@ def test_values(text, wanted):
     ],
 )
 def test_refused_in_one_line_that_names_the_key(text, message):
-    before = [v.copy() for v in VARIABLES.values()]
+    before = [v.copy() for v in SITES.names.values()]
     with pytest.raises(InputError, match=message) as caught:
         value(text)
     assert str(caught.value).startswith("gap: ") and "\n" not in str(caught.value)
-    assert all(np.array_equal(a, b) for a, b in zip(before, VARIABLES.values(), strict=False))
+    assert all(np.array_equal(a, b) for a, b in zip(before, SITES.names.values(), strict=True))
 
 
 @pytest.mark.parametrize(
@@ -96,9 +97,9 @@ def test_any_text_gives_finite_values_or_one_line(text):
 def test_what_overflows_is_named_and_warns_of_nothing():
     """The command line would print numpy's warnings before its line."""
     outline = Rectangle((0.0, 0.0), (8.0, 1.0)).outline()
-    found = gap_switches("exp(exp(exp(exp(x))))", outline.sides[0], 0.0)
+    found = lines_of(outline)[0].switches(as_given("exp(exp(exp(exp(x))))", "gap"))
     assert all(np.all((at >= 0.0) & (at <= 1.0)) for at in found)
-    x = {"x": np.array([0.0, 1.0, 4.0])}
-    assert evaluate("exp(exp(exp(x)))", x, 3, "gap", otherwise=9.0)[2] == 9.0
+    line, high = Sites(np.array([[0.0], [1.0], [4.0]])), as_given("exp(exp(exp(x)))", "gap")
+    assert high.near(line, 9.0)[2] == 9.0
     with pytest.raises(InputError, match="is not finite at x = 4"):
-        evaluate("exp(exp(exp(x)))", x, 3, "gap")
+        high.at(line)

@@ -1,0 +1,111 @@
+"""The interfaces of a problem: which parts may touch, and under which law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..arrays import Array
+from .values import Given
+
+
+@dataclass(frozen=True)
+class Law:
+    """What holds where two parts meet.
+
+    Attributes
+    ----------
+    normal : {"bilateral", "unilateral", "bonded"}
+        Whether the parts stay closed and may slip, may open, or do neither.
+    gap : Given, optional
+        Initial gap [length]; None for the distance of the parts as they lie.
+    friction_coefficient : Given, optional
+        Coulomb's coefficient [-].
+    friction_bound : Given, optional
+        Largest shear [stress].
+    wear_coefficient : Given, optional
+        Archard's coefficient [1/stress].
+    wear_share : float
+        Share of the wear on the secondary [-].
+    """
+
+    normal: str
+    gap: Given | None
+    friction_coefficient: Given | None
+    friction_bound: Given | None
+    wear_coefficient: Given | None
+    wear_share: float
+
+    @property
+    def is_paper(self) -> bool:
+        """Whether it is the contact of the paper: bilateral without a gap, with a given friction
+        bound."""
+        closed = self.gap is not None and self.gap.source == 0.0
+        return self.normal == "bilateral" and closed and self.friction_coefficient is None
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether a coefficient or a bound is given."""
+        return self.friction_coefficient is not None or self.friction_bound is not None
+
+
+@dataclass(frozen=True)
+class PosedInterface:
+    """One interface of a problem.
+
+    Attributes
+    ----------
+    name, key : str
+        Name, and the place in the config for errors.
+    body : int
+        Number of the body of the secondary.
+    part : str
+        Part of the secondary.
+    primary : (int, str), optional
+        Body and part of the primary.
+    obstacle : int, optional
+        Number of the obstacle; with neither a body nor an obstacle the primary is fixed ground.
+    law : Law
+        The normal condition, the gap, friction and wear.
+    direction : (d,) array, optional
+        Unit vector from the secondary to the primary.
+    periodic : bool
+        Whether the primary is the secondary moved along.
+    is_condition : bool
+        Whether it is the boundary condition of its part, and not a pair.
+    """
+
+    name: str
+    key: str
+    body: int
+    part: str
+    primary: tuple[int, str] | None
+    obstacle: int | None
+    law: Law
+    direction: Array | None
+    periodic: bool = False
+    is_condition: bool = False
+
+    @property
+    def ends(self) -> list[tuple[int, str]]:
+        """Body and part of the secondary, and of the primary where that is a body."""
+        return [end for end in ((self.body, self.part), self.primary) if end is not None]
+
+    @property
+    def bodies(self) -> list[int]:
+        """Numbers of the bodies that meet."""
+        return [number for number, _ in self.ends]
+
+    @property
+    def holds_normal(self) -> bool:
+        """Whether u_n = gap is known data of the body, as in the paper.
+
+        This is so in contact with fixed ground that the body cannot leave, under friction that
+        does not depend on pressure. A method looks for tangential tractions only then.
+        """
+        return (
+            self.primary is None
+            and self.obstacle is None
+            and self.direction is None
+            and self.law.normal != "unilateral"
+            and self.law.friction_coefficient is None
+        )
