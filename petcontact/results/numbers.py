@@ -27,7 +27,9 @@ ACROSS, LOOKED_AT = (9, 33), (8, 1)
 """Places along each direction of an element at which a maximum is looked for between the nodes,
 first in the elements with the largest values at nodes, then in the best of them. A maximum is flat:
 a place that is 1/64 of an element away leaves 0.1 % of what the function varies by in it."""
-
+HALVES = np.linspace(0.0, 1.0, 3)
+"""Places along each direction of an element, besides its nodes, at which its displacement is looked
+at: it is largest at corners, where no node lies."""
 HELD = ("displacement", "symmetry", "periodic")
 """Conditions that hold a part."""
 
@@ -160,11 +162,15 @@ class _OfStep:
                     yield self._number(word, given.name, value, unit, scale, error=error)
 
     def _displaced(self) -> Iterator[Number]:
-        """Yield the largest displacement of each body."""
+        """Yield the largest displacement of each body; it may lie between nodes, as at corners."""
         for name, result in self._step.bodies.items():
-            mesh, size = self._solution.meshes[name], np.linalg.norm(result.u, axis=1)
+            mesh = self._solution.meshes[name]
+            number, at, u = between_nodes(mesh, np.arange(mesh.n_elements), HALVES, result.u)
+            size = np.linalg.norm(np.vstack([result.u, u]), axis=1)
             k = first_largest(size)
-            location = {"place": mesh.x[k], "part": mesh.part_names[mesh.node_part[k]]}
+            element = np.append(mesh.element, number)[k]
+            x = mesh.x[k] if k < mesh.n_nodes else mesh.at(number, at)[0][k - mesh.n_nodes]
+            location = {"place": x, "part": mesh.part_names[mesh.part[element]]}
             yield self._number("largest displacement", name, size[k], "length", **location)
 
     def _held(self) -> Iterator[Number]:

@@ -157,7 +157,7 @@ class _Samples:
         """
         value, place = float(peak.value[0]), peak.place
         assert place is not None  # those of `peaks` have one
-        if value <= self._least:
+        if abs(value) <= self._least:
             return peak if value > above else None
         ways, apart = self._ways(place, peak.part)
         step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[len(place) + 1])
@@ -166,7 +166,7 @@ class _Samples:
             beside = self._near_unbounded(x)
             values[beside & bool(peak.part)] = -np.inf
             k, reached = first_largest(values), 0.0
-            if values[k] > (1.0 + FINEST**2) * value:
+            if values[k] > value + FINEST**2 * abs(value):
                 if beside[k]:
                     return None
                 reached = float(np.linalg.norm(x[k] - place))

@@ -63,7 +63,7 @@ def hole(solution):
     angle = np.linspace(0.5 * np.pi, 0.4 * np.pi, 20)
     largest = solution.von_mises_at(np.column_stack([np.cos(angle), np.sin(angle)])).max()
     assert largest == pytest.approx((2.0 + 0.9**3) / 0.9, rel=5e-3) and not solution.pairs
-    return largest, 3.02
+    return largest, 3.035
 
 
 def limit_load(solution):

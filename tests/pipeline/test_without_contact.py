@@ -71,7 +71,15 @@ def test_what_needs_contact_is_refused():
     punch = {"name": "punch", "displacement": [0.0, 0.0]}
     with pytest.raises(InputError, match=r"obstacle 'punch': no part is in contact"):
         solve(problem(body=[bar(2)], obstacle=[punch]))
-    with pytest.raises(InputError, match="no part is in contact, which adaptive meshes follow"):
-        adapt(problem(body=[bar(2)]))
     with pytest.raises(InputError, match=r"method\.formulation"):
         solve(problem(body=[bar(2)], method={"formulation": "full"}))
+
+
+def test_an_accuracy_of_u_is_reached():
+    """`accuracy` counts without contact as with it."""
+    rough, fine = (
+        adapt(problem(body=[bar(2, pull=PULL, order=None, element_size=None)]), accuracy)
+        for accuracy in (1e-2, 1e-6)
+    )
+    assert rough.converged and fine.converged and fine.accuracy.error <= 1e-6
+    assert fine.mesh.n_nodes >= rough.mesh.n_nodes

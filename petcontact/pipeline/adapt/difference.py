@@ -51,8 +51,12 @@ def difference(coarse: Solution, fine: Solution, ends: dict[str, Ends] | None = 
     """Return the difference of tractions at the nodes of that solution which has more of them.
 
     A first mesh that has seen no edges may have smaller elements than the next one, which shows at
-    its own nodes only. `ends` are the singular points from `fading_places`.
+    its own nodes only. `ends` are the singular points from `fading_places`. Without contact it is
+    the difference of u.
     """
+    if not fine.nodes:
+        apart = displacement_difference(coarse, fine)
+        return Difference(apart, apart)
     ends = fading_places(fine.problem) if ends is None else ends
     compared = [
         (name, _on_interface((coarse, fine), steps, name, ends[name]))

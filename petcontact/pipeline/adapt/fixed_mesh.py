@@ -108,11 +108,11 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
 
 
 def carries_something(solution: Solution) -> bool:
-    """Return whether the solution has u_t, or tractions above round-off, to estimate an error
-    of."""
+    """Return whether the solution has u_t, u without contact, or tractions above round-off, to
+    estimate an error of."""
     least = ROUNDED * min(body.material.young_modulus for body in solution.problem.body)
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
-    return solution.kind == "bilateral" or any((pair.size > least).any() for pair in pairs)
+    return solution.kind != "contact" or any((pair.size > least).any() for pair in pairs)
 
 
 def _costly(solution: Solution) -> str:

@@ -46,19 +46,19 @@ ENDED = "the adaptive solve was ended after mesh"
 
 
 def strategy_for(problem: Problem) -> Strategy:
-    """Return the strategy: for u_t of the paper's problem, else for p and q, in space for their
-    tails.
+    """Return the strategy: for u_t of the paper's problem, else for p and q or u without contact,
+    in space for their tails.
 
     Raises
     ------
     InputError
-        If no part is in contact.
+        If no part of a body in space is in contact.
     """
-    if problem.kind == "elastic":
-        raise InputError(
-            "contact: no part is in contact, which adaptive meshes follow; set mesh.element_size"
-        )
     if problem.boundaries[0].dim > 2:
+        if problem.kind == "elastic":
+            raise InputError(
+                "contact: no part is in contact, as meshes in space need; set mesh.element_size"
+            )
         return PanelTails(problem)
     scalar = problem.kind == "bilateral" and not problem.twisted
     return Slip() if scalar else Tractions(problem)

@@ -154,7 +154,8 @@ class Tractions(Strategy):
 
     def start(self, problem: PreparedProblem) -> Start | None:
         """Return a start with the zones of the last solution, or None."""
-        return warm_start(self._last[-1], problem.discrete) if self._last else None
+        seen = self._last and problem.discrete.sides
+        return warm_start(self._last[-1], problem.discrete) if seen else None
 
     def mark(self, solution: Solution, level: Level) -> None:
         """Store the edges of a solution, to which the next mesh is graded."""

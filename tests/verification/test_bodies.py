@@ -1,0 +1,48 @@
+"""Bodies without contact and without `[mesh]`: what is printed has a ± that holds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from shapes import drawn, elastic, outline, problem, rollers
+
+from petcontact import solve
+
+
+def quarter(outer, middle, inner):
+    """A quarter of a ring of radii 1 and `outer`, or of the half section of a hollow sphere."""
+    sides = {"start": (outer, 0.0), "rim": (0.0, outer, outer), middle: (0.0, 1.0)}
+    return outline(**sides, **{inner: (1.0, 0.0, -1.0)})
+
+
+def von_mises(*principal):
+    return np.sqrt(0.5 * np.sum((np.array(principal) - np.roll(principal, 1)) ** 2))
+
+
+@pytest.mark.parametrize(("outer", "poisson"), [(1.3, 0.1), (2.7, 0.42)])
+@pytest.mark.parametrize("round_", [False, True], ids=["ring", "sphere"])
+def test_a_body_without_a_mesh_is_solved_to_an_accuracy(round_, outer, poisson):
+    """Lamé: what is printed has a ± that holds."""
+    power = 3 if round_ else 2
+    hoop = (outer**power / (power - 1.0) + 1.0) / (outer**power - 1.0)
+    body = {
+        "material": elastic(1000.0, poisson),
+        "geometry": quarter(outer, "axis" if round_ else "end", "hole"),
+        "boundary": [
+            *rollers(*["start"] if round_ else ["start", "end"]),
+            drawn("rim", [0.0, 0.0]),
+            {"part": "hole", "condition": "traction", "pressure": 1.0},
+        ],
+    }
+    solution = solve(problem(**body, **({"symmetry": "axial"} if round_ else {})))
+    along = hoop if round_ else poisson * (hoop - 1.0)
+    exact = {
+        "first principal stress on the surface": hoop,
+        "von Mises stress on the surface": von_mises(-1.0, hoop, along),
+    }
+    found = {number.name: number for number in solution.numbers}
+    assert solution.accuracy.error <= solution.accuracy.wanted
+    assert all(number.error < 0.02 * number.size for number in found.values())
+    for name, value in exact.items():
+        assert abs(found[name].size - value) <= found[name].error
+    assert "error of u:" in solution.verdict()
