@@ -8,7 +8,7 @@ import tomllib
 from pathlib import Path
 
 from petcontact import Problem, Solution
-from petcontact.model.base import parse
+from petcontact.given.tables.base import parse
 
 LARGEST = 0.05
 """Estimated error of a shipped problem that needs no reason to stand there."""

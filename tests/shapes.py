@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from petcontact import Problem
-from petcontact.model.base import parse
+from petcontact.given.tables.base import parse
 
 
 def elastic(young_modulus: float, poisson_ratio: float) -> dict[str, float]:

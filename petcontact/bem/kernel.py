@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..model.problem import Material
+from ..given.tables.material import Material
 
 COMPONENTS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
 """Order of the components of symmetric tensors in 2 and 3 dimensions: xx, yy, xy and xx, yy, zz,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..given.tables.material import Material
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
-from ..model.problem import Material
 from .column_fillers import PlainFiller
 from .kelvin2d import compiled as plane
 from .kelvin2d.expansions import expansion

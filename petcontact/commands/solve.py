@@ -308,8 +308,8 @@ def unused_reported(first: bool) -> Iterator[None]:
 
 def report_unused(first: bool) -> None:
     """Name the PETSc options that no object asked for, and the nearest of ours."""
+    from ..given.tables.solver_options import Bem
     from ..manual import chapter
-    from ..model.solver_options import Bem
     from ..runtime.petsc import unused_options
 
     unused = unused_options() if first else []

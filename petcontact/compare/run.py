@@ -25,8 +25,8 @@ from ..contact.methods.registry import method_of
 from ..contact.state import ContactState, Monitor
 from ..contact.system import ContactSystem
 from ..errors import InputError
+from ..given.tables.solver_options import Method
 from ..model.problem import Problem
-from ..model.solver_options import Method
 from ..pipeline.run import prepare
 from ..pipeline.steps.load_steps import first_increment
 from ..pipeline.steps.start import carried_over

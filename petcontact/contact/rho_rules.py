@@ -8,7 +8,7 @@ A rule is an object with one method, `update(rho, balance) -> rho`. Write your o
         def update(self, rho, balance):
             return (rho * balance) ** 0.5
 
-A rule of the package is a class here and its line in `model.solver_options.RULES`.
+A rule of the package is a class here and its line in `given.tables.solver_options.RULES`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from ..errors import InputError
-from ..model.solver_options import DEFAULT_RULE, RULES, Method
+from ..given.tables.solver_options import DEFAULT_RULE, RULES, Method
 
 
 class Rule(Protocol):

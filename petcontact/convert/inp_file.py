@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..arrays import LARGEST_COORDINATE
 from ..errors import InputError
-from ..model.base import regular_file
+from ..given.tables.base import regular_file
 
 LARGEST = 500_000_000
 """Bytes."""

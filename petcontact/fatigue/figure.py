@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..model.bodies import Units
+from ..given.tables.units import Units
 from ..results.data import SolutionData
 from ..results.figures.curves import headed
 from ..runtime.figure_style import LINES, label, plain, save

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import Array
-from ..model.bodies import Material
+from ..given.tables.material import Material
 from .planes import critical_planes
 from .smallest_ball import smallest_ball
 

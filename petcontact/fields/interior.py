@@ -11,10 +11,10 @@ import numpy as np
 from ..arrays import Array, Index, shown
 from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError
+from ..given.tables.material import Material
 from ..mesh.boundary_mesh import Batch, BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
-from ..model.problem import Material
 from .joints import joints_of
 from .smoothing import smoothed
 from .stress_state import Field

@@ -13,7 +13,7 @@ from ..arrays import Array, Index, ranked
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..geometry.same_place import TOLERANCE, distinct
-from ..model.solver_options import MeshOptions
+from ..given.tables.solver_options import MeshOptions
 from ..round_off import SOLVED, least_pieces, whole
 from .curve_building import build_mesh
 from .curve_mesh import CurveMesh

@@ -9,128 +9,21 @@ from typing import Annotated, Literal
 import pydantic
 
 from ..errors import InputError
-from .base import Directed, Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector
+from ..given.tables.base import (
+    Directed,
+    Expression,
+    Finite,
+    Model,
+    Name,
+    Share,
+    Vector,
+)
+from ..given.tables.material import Material
+from ..given.tables.solver_options import MeshOptions
 from .loads import PointForce, VolumeLoads
 from .shapes.files import Gmsh, Superelement
 from .shapes.plane import Polygon, Rectangle, SideBySide
 from .shapes.solids import Solid
-from .solver_options import MeshOptions
-
-FORCES = {
-    ("Pa", "m"): "N",
-    ("kPa", "m"): "kN",
-    ("MPa", "m"): "MN",
-    ("MPa", "mm"): "N",
-    ("GPa", "mm"): "kN",
-}
-"""The unit of force by those of stress and length."""
-UnitName = Annotated[str, pydantic.Field(min_length=1, max_length=20)]
-
-
-class Units(Model):
-    """The `[units]` table: names that figures and files write; nothing is converted, any consistent
-    units will do.
-
-    In a config::
-
-        units = { length = "mm", stress = "MPa" }
-
-    Attributes
-    ----------
-    length : str, optional
-        Unit of length, for example "mm".
-    stress : str, optional
-        Unit of stress, for example "MPa".
-    """
-
-    length: UnitName | None = None
-    stress: UnitName | None = None
-
-    @property
-    def stiffness(self) -> str | None:
-        """Name of the unit of ρ, stress over length; None without names."""
-        return f"{self.stress}/{self.length}" if self.stress and self.length else None
-
-    def stress_times(self, power: int) -> str | None:
-        """Stress times a power of length, 1 to 3: a force (per thickness) has power dim - 1, an
-        energy dim. Named by the force where the names tell it.
-
-        >>> Units(length="mm", stress="MPa").stress_times(1)
-        'N/mm'
-        >>> Units(length="mm", stress="daN/mm²").stress_times(3)
-        'daN·mm'
-        >>> Units(length="inch", stress="psi").stress_times(2)
-        'psi·inch²'
-        """
-        if not (self.stress and self.length):
-            return None
-        force = FORCES.get((self.stress, self.length))
-        if self.stress.endswith(area := f"/{self.length}²"):
-            force = self.stress.removesuffix(area)
-        if force is None:
-            return f"{self.stress}·{self.length}{' ²³'[power - 1].strip()}"
-        return (f"{force}/{self.length}", force, f"{force}·{self.length}")[power - 1]
-
-
-class Material(Model):
-    """Isotropic linear elasticity; `plane` says nothing in 3D.
-
-    In a config::
-
-        [material]
-        young_modulus = 210_000.0
-        poisson_ratio = 0.3
-        density = 7.85e-9
-
-    Attributes
-    ----------
-    young_modulus : float
-        E > 0 [stress].
-    poisson_ratio : float
-        ν in (-1, 1/2); up to 1/2 itself in plane stress [-].
-    plane : {"strain", "stress"}, in 2D
-        "strain" for a long body, "stress" for a thin plate.
-    density : float, optional
-        Mass density, for accelerations and rotations [mass/volume].
-    thermal_expansion : float, optional
-        α, for temperatures [1/temperature].
-    """
-
-    young_modulus: Positive
-    poisson_ratio: Finite
-    plane: Literal["strain", "stress"] = "strain"
-    density: NotNegative | None = pydantic.Field(default=None, kw_only=True)
-    thermal_expansion: Finite | None = pydantic.Field(default=None, kw_only=True)
-
-    @pydantic.model_validator(mode="after")
-    def _admissible(self) -> Material:
-        upper = self.poisson_ratio < 0.5 or (self.plane == "stress" and self.poisson_ratio == 0.5)
-        if not (self.poisson_ratio > -1.0 and upper):
-            bounds = "(-1, 1/2)" if self.plane == "strain" else "(-1, 1/2] in plane stress"
-            raise ValueError(f"poisson_ratio must lie in {bounds}, got {self.poisson_ratio:g}")
-        return self
-
-    @property
-    def shear_modulus(self) -> float:
-        """µ = E / 2(1+ν) [stress]."""
-        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
-
-    @property
-    def thermal_stress(self) -> float:
-        """β = Eα/(1-2ν), in plane stress Eα/(1-ν): without strain a rise of temperature T makes the
-        stress -βT I [stress/temperature]."""
-        shape = 1.0 - self.poisson_ratio * (1.0 if self.plane == "stress" else 2.0)
-        return self.young_modulus * (self.thermal_expansion or 0.0) / shape
-
-    @property
-    def plane_strain_ratio(self) -> float:
-        """The ν with which the plane-strain kernels describe this material: ν/(1+ν) for plane
-        stress."""
-        return (
-            self.poisson_ratio / (1.0 + self.poisson_ratio)
-            if self.plane == "stress"
-            else self.poisson_ratio
-        )
 
 
 class Displacement(Model):

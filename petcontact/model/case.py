@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..given.tables.base import Model, parse
+from ..given.tables.solver_options import Bem, MeshOptions, Method
 from ..runtime.file_kinds import known_kind
-from .base import Model, parse
 from .problem import OneBody, Problem
-from .solver_options import Bem, MeshOptions, Method
 
 LARGEST_FILE = 4_000_000
 DEEPEST = 16

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ..errors import InputError
+from ..given.tables.base import Model, Positive, whole_or_auto
 from ..runtime.hints import among
-from .base import Model, Positive, whole_or_auto
 
 MOST_CYCLES = 10**12
 """Cycles, at most."""

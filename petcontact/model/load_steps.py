@@ -10,8 +10,8 @@ import pydantic
 
 from ..errors import InputError
 from ..geometry.rotation import Motions as Kind
+from ..given.tables.base import Expression, Finite, Model, Name, Vector, whole_or_auto
 from ..runtime.hints import among, demand_name
-from .base import Expression, Finite, Model, Name, Vector, whole_or_auto
 from .bodies import Body, Displacement, Periodic, Traction
 from .loads import LoadsChange, check_material
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import pydantic
 
 from ..errors import InputError
-from .base import Coordinate, Direction, Expression, Finite, Model, Vector
+from ..given.tables.base import Coordinate, Direction, Expression, Finite, Model, Vector
 
 
 def _in_volume(value: Any) -> Any:

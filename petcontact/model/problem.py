@@ -17,21 +17,22 @@ from ..geometry.outline import as_outline
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary
 from ..given.interfaces import PosedInterface
+from ..given.tables.base import Model
+from ..given.tables.material import Material
+from ..given.tables.solver_options import Bem, MeshOptions, Method, Options
+from ..given.tables.units import Units
 from ..runtime.hints import nearest
-from .base import Model
 from .bodies import (
     Body,
     Condition,
     Contact,
     Displacement,
     Geometry,
-    Material,
     Normal,
     Pair,
     Periodic,
     Symmetry,
     Traction,
-    Units,
 )
 from .cycle import Cycle, check_cycle
 from .interfaces import posed_interfaces
@@ -39,7 +40,6 @@ from .load_steps import Obstacle, Step, changed_condition, changed_obstacles, ch
 from .loaded_body import LoadedBody, loaded_body
 from .loads import PointForce, VolumeLoads, check_material
 from .shapes.files import Gmsh
-from .solver_options import Bem, MeshOptions, Method, Options
 from .summary import html_table, summary
 from .torsion import is_twisted, with_third_components
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
-from .base import Model
-from .model_tree import models_below
+from ..given.tables.base import Model
+from ..given.tables.model_tree import models_below
 
 ENTRY = re.compile(
     r"^(\w[\w, ]*) : .*?(?:, in ((?:2D|axial|3D)(?:, \w+)*))?\n((?:[ \t]+.*\n|\n)*)", re.MULTILINE

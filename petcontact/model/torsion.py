@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from .base import Model
+from ..given.tables.base import Model
 from .bodies import Displacement, Periodic, Traction
 from .load_steps import BoundaryChange, Obstacle, ObstacleChange, PointForceChange
 from .loads import PointForce

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..given.tables.solver_options import Bem
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Problem
-from ..model.solver_options import Bem
 from ..runtime.memory import physical_memory
 from ..runtime.petsc import given_options, option
 

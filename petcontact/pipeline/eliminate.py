@@ -17,7 +17,7 @@ from ..compliance.body.dense import DenseBody
 from ..compliance.body.superelement import SuperelementBody
 from ..errors import InputError, SolverError
 from ..geometry.superelement import CondensedSurface
-from ..model.solver_options import Bem
+from ..given.tables.solver_options import Bem
 from .choice import (
     LARGEST,
     check_memory,

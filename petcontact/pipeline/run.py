@@ -14,8 +14,8 @@ from .. import __version__
 from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..errors import SolverError
+from ..given.tables.solver_options import Method
 from ..model.problem import Problem
-from ..model.solver_options import Method
 from ..results.report import Provenance
 from ..results.solution import Solution
 from ..runtime import threads

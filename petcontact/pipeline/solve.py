@@ -9,9 +9,9 @@ from typing import Any
 
 from ..contact.rho_rules import Rule
 from ..errors import InputError
+from ..given.tables.solver_options import Method
 from ..model.case import load
 from ..model.problem import Problem
-from ..model.solver_options import Method
 from ..results.solution import Solution
 from ..runtime.petsc import unused_options
 from ..runtime.petsc_options import refused_in_config

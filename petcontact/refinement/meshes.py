@@ -14,6 +14,7 @@ from ..geometry.cad.part import CadSurface
 from ..geometry.round_surfaces import RoundSurface
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary, BoxSurface, FacetSurface
+from ..given.tables.solver_options import MeshOptions
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import LARGEST_MESH, mesh_outline
@@ -22,7 +23,6 @@ from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.ring_mesh import RingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Body
-from ..model.solver_options import MeshOptions
 from .marks import default_mesh
 
 PANELS = 4

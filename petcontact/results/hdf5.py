@@ -15,9 +15,9 @@ import numpy as np
 
 from ..contact.state import COLUMNS, History
 from ..errors import ResultError
+from ..given.tables.base import parse
+from ..given.tables.units import Units
 from ..mesh.storage import read_mesh, write_mesh
-from ..model.base import parse
-from ..model.bodies import Units
 from ..model.problem import Problem
 from .data import SolutionData
 from .format.checks import (

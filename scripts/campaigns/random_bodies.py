@@ -18,8 +18,8 @@ from petcontact import (
     SideBySide,
     Traction,
 )
+from petcontact.given.tables.base import parse
 from petcontact.mesh.curve_building import build_mesh
-from petcontact.model.base import parse
 from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from petcontact import Problem
-from petcontact.model.base import parse
+from petcontact.given.tables.base import parse
 
 SIDES = ("bottom", "right", "top", "left")
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from petcontact import Problem
-from petcontact.model.base import parse
+from petcontact.given.tables.base import parse
 
 SIDES = ("bottom", "right", "top", "left")
 KINDS = ("pressed", "light", "touching", "stick", "slip", "weight", "auto", "force")

@@ -14,7 +14,7 @@ from petcontact import Solution, load, solve
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.contact.active_set.pivots import PATIENCE
-from petcontact.model.solver_options import Bem
+from petcontact.given.tables.solver_options import Bem
 from petcontact.pipeline import eliminate
 from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise

@@ -7,7 +7,7 @@ from examples import example
 from prepared import Posed, operators
 
 from petcontact import InputError, MeshOptions, SolverError, solve
-from petcontact.model.solver_options import Bem
+from petcontact.given.tables.solver_options import Bem
 from petcontact.pipeline.choice import resolved_bem
 from petcontact.runtime.petsc import options
 

@@ -28,7 +28,7 @@ from petcontact import (
     Step,
     load,
 )
-from petcontact.model.base import parse, regular_file
+from petcontact.given.tables.base import parse, regular_file
 from petcontact.model.case import parse_problem
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -16,7 +16,7 @@ from problems import block, contact_pair, obstacle, posed
 
 from petcontact import solve
 from petcontact.commands.main import main
-from petcontact.model.bodies import Units
+from petcontact.given.tables.units import Units
 from petcontact.model.case import load
 from petcontact.results.figures.view import view_of
 from petcontact.results.records import BodyResult

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from petcontact import MeshOptions, Problem, load, solve
 from petcontact.fields.boundary.places import best_places
+from petcontact.given.tables.units import Units
 from petcontact.mesh.curve_building import build_mesh
-from petcontact.model.bodies import Units
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress

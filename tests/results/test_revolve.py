@@ -9,8 +9,8 @@ from shapes import elastic, moved, rectangle
 
 from petcontact import InputError, Problem, solve
 from petcontact.commands.main import main
+from petcontact.given.tables.base import parse
 from petcontact.mesh.curve_mesh import CurveMesh
-from petcontact.model.base import parse
 from petcontact.results.figures.turned import turned
 from petcontact.results.vtu.revolve import check_revolved, revolved
 

@@ -15,8 +15,8 @@ from numpy.polynomial import chebyshev
 from numpy.polynomial.polynomial import polyder, polyval2d
 
 from ...arrays import Array
+from ...given.tables.material import Material
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.problem import Material
 from .polynomials import degree, padded
 from .solution import ParticularSolution, particular_solution
 

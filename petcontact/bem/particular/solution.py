@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...model.problem import Material
+from ...given.tables.material import Material
 from .polynomials import degree, padded, up_to, values
 
 STRESS_FREE = {2: np.inf, 3: 1}

@@ -10,12 +10,12 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.rotation import lifted
 from ...given.sites import Sites
+from ...given.tables.material import Material
 from ...given.values import as_given
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ...model.loaded_body import LoadedBody
 from ...model.loads import VolumeLoads
-from ...model.problem import Material
 from ...round_off import CHAINED
 from .fit import fitted, points_in
 from .polynomials import BodyBox, padded

@@ -15,8 +15,8 @@ import scipy
 from ...arrays import Array, Mask
 from ...bem.boundary_data import BoundaryData
 from ...bem.operators import BoundaryOperators
+from ...given.tables.solver_options import Bem
 from ...linalg.row_layout import everywhere, summed
-from ...model.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
 from .base import ElasticBody, gauge

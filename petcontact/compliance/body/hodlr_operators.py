@@ -10,9 +10,9 @@ from ...arrays import Array, Index
 from ...bem.operators import BoundaryOperators
 from ...compression.hodlr import HODLR, compress, factor
 from ...errors import SolverError
+from ...given.tables.solver_options import Bem
 from ...linalg.row_layout import everywhere
 from ...mesh.curve_mesh import as_curve
-from ...model.solver_options import Bem
 from ...runtime.memory import trim_heap
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread, threads_per_rank

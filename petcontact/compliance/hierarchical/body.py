@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...bem.operators import BoundaryOperators
-from ...model.solver_options import Bem
+from ...given.tables.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
 from ..body.base import ElasticBody

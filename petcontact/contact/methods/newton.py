@@ -20,7 +20,7 @@ import scipy
 
 from ...arrays import Array, States
 from ...errors import SolverError
-from ...model.solver_options import Method
+from ...given.tables.solver_options import Method
 from ...round_off import CHAINED, WRITTEN
 from ..active_set.block_factors import BlockFactors
 from ..active_set.complementarity import complementary_guesses

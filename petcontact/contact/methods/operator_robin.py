@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from ...arrays import Array
 from ...errors import InputError
-from ...model.solver_options import Method
+from ...given.tables.solver_options import Method
 from ..active_set.pivots import box_problem
 from ..active_set.solvers import (
     DenseActiveSetSolver,

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import SolverError
-from ...model.solver_options import Method
+from ...given.tables.solver_options import Method
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..law_protocol import ContactLaw, bound_excess, law_residual

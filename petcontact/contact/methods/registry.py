@@ -1,6 +1,7 @@
 """Methods and laws from names, from classes of the package, or from the user's objects.
 
-A method of the package is a file here with `build`, and a line in `model.solver_options.METHODS`.
+A method of the package is a file here with `build`, and a line in `METHODS` of
+`given.tables.solver_options`.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
-from ...model.solver_options import METHODS, Method
+from ...given.tables.solver_options import METHODS, Method
 from ..iteration import ContactMethod
 from ..law_protocol import ContactLaw
 from ..rho_rules import Rule, rule_of

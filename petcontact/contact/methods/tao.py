@@ -16,7 +16,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError, SolverError
-from ...model.solver_options import Method
+from ...given.tables.solver_options import Method
 from ...runtime.petsc import petsc
 from ..iteration import ContactMethod, Iteration, Recorder
 from ..law_protocol import ContactLaw

@@ -18,8 +18,8 @@ import numpy as np
 from ...arrays import Array, Index
 from ...bem.kernel import tensor_components
 from ...geometry.rotation import lifted
+from ...given.tables.material import Material
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.problem import Material
 from ..smoothing import smoothed
 from .curve_slopes import CurveSlopes
 from .linear import linear_parts

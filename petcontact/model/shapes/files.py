@@ -15,7 +15,7 @@ from ...geometry.gmsh_surface import gmsh_surface, is_surface
 from ...geometry.outline import Outline
 from ...geometry.superelement import LARGEST, CondensedSurface, read_superelement
 from ...geometry.surface import FacetSurface
-from ..base import Shape, regular_file
+from ...given.tables.base import Shape, regular_file
 
 LARGEST_MESH = 2_000_000_000
 """Bytes of a mesh file."""

@@ -13,7 +13,7 @@ from ...arrays import Array
 from ...errors import InputError
 from ...geometry.arcs import turn_of_radius, turn_through
 from ...geometry.outline import Outline, Side, arc, oriented
-from ..base import Finite, Model, Point, Positive, Shape
+from ...given.tables.base import Finite, Model, Point, Positive, Shape
 
 
 class Rectangle(Shape):

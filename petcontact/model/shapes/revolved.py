@@ -10,7 +10,7 @@ import pydantic
 
 from ...geometry.outline import Outline, oriented
 from ...geometry.revolved.surface import RevolvedSurface
-from ..base import Direction, Shape, SpacePoint
+from ...given.tables.base import Direction, Shape, SpacePoint
 from .plane import Circle, OutlineSide, loops_of
 
 Degrees = Annotated[float, pydantic.Field(strict=True, gt=0.0, le=360.0)]

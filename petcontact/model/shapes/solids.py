@@ -10,7 +10,7 @@ import pydantic
 from ...errors import InputError
 from ...geometry.round_surfaces import CylinderSurface, SphereSurface
 from ...geometry.surface import BoxSurface
-from ..base import Positive, Shape, SpacePoint
+from ...given.tables.base import Positive, Shape, SpacePoint
 from .revolved import Revolved
 
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
+from ...given.tables.solver_options import MeshOptions
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.problem import Body, Contact, Problem
-from ...model.solver_options import MeshOptions
 from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import sides
 from ...refinement.panels.data_lines import with_data_lines

@@ -13,9 +13,9 @@ from ...arrays import Array, Index
 from ...contact.state import COLUMNS, History
 from ...errors import ResultError
 from ...geometry.rotation import moment
+from ...given.tables.base import parse
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.storage import demand, read_mesh
-from ...model.base import parse
 from ...model.problem import ONE_BODY, Problem
 from ..data import SolutionData
 from ..records import BodyResult, ContactFields, PairResult, StepResult

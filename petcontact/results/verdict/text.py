@@ -8,7 +8,7 @@ import textwrap
 import numpy as np
 
 from ...arrays import Array, shown
-from ...model.bodies import Units
+from ...given.tables.units import Units
 from ...runtime.terminal import printable
 from ..number import Number
 

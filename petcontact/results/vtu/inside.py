@@ -18,9 +18,9 @@ from ...fields.interior_grid import triangulate
 from ...fields.stress_state import Field, StressState
 from ...geometry.crossings import winding
 from ...geometry.rotation import lifted
+from ...given.tables.units import Units
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.bodies import Units
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import unit_notes, write_mesh

@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 
 import meshio
 
-from ...model.bodies import Units
+from ...given.tables.units import Units
 from ...runtime.atomic_write import temporary_name
 from ...runtime.terminal import printable
 from .revolve import revolved

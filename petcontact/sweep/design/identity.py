@@ -17,7 +17,7 @@ from typing import Any
 
 from ... import __version__
 from ...errors import InputError
-from ...model.base import regular_file
+from ...given.tables.base import regular_file
 from .sweep import Sweep
 
 HARMLESS = (

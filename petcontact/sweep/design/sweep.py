@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...model.base import parse
+from ...given.tables.base import parse
 from ...model.case import parse_problem
 from ...model.problem import Problem
 from .axes import full_key, make_axes, value_word

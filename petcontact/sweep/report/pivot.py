@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...model.solver_options import Method
+from ...given.tables.solver_options import Method
 from ..design.axes import short_number
 from ..store.case_table import CaseTable
 

@@ -14,8 +14,8 @@ from panel_oracle import a_panel, by_subdivision
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.bem.kelvin3d.kernel import Kelvin3D
 from petcontact.bem.kelvin3d.rules import TOLERANCE
+from petcontact.given.tables.material import Material
 from petcontact.mesh.panels import Panels
-from petcontact.model.problem import Material
 
 NU = 0.3
 KERNEL = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=NU), 1.7)

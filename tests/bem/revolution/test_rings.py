@@ -15,11 +15,11 @@ from petcontact.bem.column_fillers import PlainFiller
 from petcontact.bem.kernel import ColumnData
 from petcontact.bem.revolution.compiled import compiled_columns
 from petcontact.bem.revolution.kernel import RingKernel, TwistedRingKernel
+from petcontact.given.tables.material import Material
 from petcontact.mesh.basis import gauss
 from petcontact.mesh.curve_mesh import CurveMesh
 from petcontact.mesh.elements import Elements, Targets
 from petcontact.mesh.grading import mesh_outline
-from petcontact.model.problem import Material
 from petcontact.reference.lame import Cylinder, Sphere
 
 NU = 0.3

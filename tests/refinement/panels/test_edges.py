@@ -9,7 +9,7 @@ import pytest
 from shapes import cuboid, elastic, moved
 
 from petcontact import Problem
-from petcontact.model.base import parse
+from petcontact.given.tables.base import parse
 from petcontact.refinement.corner_exponents import CLAMPED, FREE, corner_exponent
 from petcontact.refinement.meshes import mesh_of
 from petcontact.refinement.panels.edges import edge_exponent, edges

@@ -7,10 +7,10 @@ import pytest
 
 from petcontact.geometry.outline import as_outline
 from petcontact.geometry.surface import BoxSurface
+from petcontact.given.tables.solver_options import MeshOptions
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.shapes.plane import Rectangle
-from petcontact.model.solver_options import MeshOptions
 from petcontact.refinement.panels.sides import Sides
 from petcontact.refinement.panels.tail import MARGIN, RIM, Tails, rim_distance, tail
 

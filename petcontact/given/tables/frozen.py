@@ -7,8 +7,8 @@ from typing import Any, Self
 
 import pydantic
 
-from ..errors import InputError
-from ..runtime.hints import among
+from ...errors import InputError
+from ...runtime.hints import among
 
 
 class Frozen(pydantic.BaseModel):

@@ -14,10 +14,10 @@ import numpy as np
 import pydantic
 import pydantic_core
 
-from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
-from ..errors import InputError
-from ..given.expressions import parse_expression
-from ..runtime.hints import nearest, number_refused
+from ...arrays import LARGEST_COORDINATE, LARGEST_NUMBER
+from ...errors import InputError
+from ...runtime.hints import nearest, number_refused
+from ..expressions import parse_expression
 from .frozen import Frozen
 from .model_tree import models_at, stands_in
 

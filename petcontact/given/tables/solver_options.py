@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from ..errors import InputError
-from ..runtime.petsc_options import refused_in_config
+from ...errors import InputError
+from ...runtime.petsc_options import refused_in_config
 from .base import Model, Point, Positive, one_of
 
 METHODS = {
