@@ -13,12 +13,9 @@ from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side
 from ..geometry.rotation import lifted
 from ..geometry.surface import Boundary
+from ..given.bodies import Body, Loads
+from ..given.conditions import Condition, Contact, Displacement, Periodic
 from ..given.sites import Sites
-from ..given.values import as_given
-from ..model.bodies import Body, Condition
-from ..model.loaded_body import LoadedBody
-from ..model.loads import VolumeLoads
-from ..model.problem import Contact, Displacement, Periodic
 from ..round_off import SINGLE
 
 
@@ -56,7 +53,9 @@ def _check_end(
     side, met = outline.sides[end[0]], outline.sides[meeting[0]]
     number, moved = conditions.get(side.part, (0, None))
     contact = conditions.get(met.part, (0, None))[1]
-    if not (isinstance(moved, Displacement) and isinstance(contact, Contact) and contact.plain):
+    if not (isinstance(moved, Displacement) and isinstance(contact, Contact)):
+        return
+    if not contact.law.is_paper:
         return
     normal = lifted(_at(met, meeting[1])[1], len(moved.value))
     u = _displacement(moved, side, outline.offsets[end[0]], end[1], normal)
@@ -69,7 +68,7 @@ def _check_end(
         )
 
 
-def check_revolution(loaded: LoadedBody, outline: Meridian) -> None:
+def check_revolution(body: Body, outline: Meridian) -> None:
     """Refuse data of a body of revolution, in any step, that are not the same all around its axis.
 
     Raises
@@ -77,16 +76,16 @@ def check_revolution(loaded: LoadedBody, outline: Meridian) -> None:
     InputError
         One line that names the key, what was given and what is allowed.
     """
-    name = f"body {loaded.body.name!r}"
+    name = f"body {body.name!r}"
     try:
-        _check_axis(loaded, outline)
-        for conditions in loaded.conditions:
+        _check_axis(body, outline)
+        for conditions in body.conditions:
             for condition in conditions.values():
                 if isinstance(condition, Periodic):
                     _check_periodic(condition, outline)
-        for loads in loaded.loads:
+        for loads in body.loads:
             _check_loads(loads)
-        for forces in loaded.forces:
+        for forces in body.forces:
             for k, force in enumerate(forces):
                 across = [c for c in range(0, len(force.force), 2) if force.force[c] != 0.0]
                 if force.at[0] == 0.0 and across:
@@ -99,9 +98,9 @@ def check_revolution(loaded: LoadedBody, outline: Meridian) -> None:
         raise InputError(f"{name}: {error}") from None
 
 
-def _check_axis(loaded: LoadedBody, outline: Meridian) -> None:
+def _check_axis(body: Body, outline: Meridian) -> None:
     """Refuse displacements that move the axis along r."""
-    for conditions in loaded.conditions:
+    for conditions in body.conditions:
         for k, end in outline.axis_ends:
             side, xi = outline.sides[k], 2.0 * end - 1.0
             moved = conditions.get(side.part)
@@ -135,13 +134,13 @@ def _check_periodic(condition: Periodic, outline: Meridian) -> None:
         )
 
 
-def _check_loads(loads: VolumeLoads) -> None:
+def _check_loads(loads: Loads) -> None:
     """Refuse volume loads across the axis."""
-    across = (loads.acceleration or (0.0,))[0]
-    if isinstance(across, float) and across != 0.0:
+    across = next(iter(loads.acceleration), None)
+    if across is not None and not across.varies and not across.is_zero:
         raise InputError(
-            f"loads.acceleration[0]: is {across:g}; weight acts along the axis, so it must be 0 or "
-            f"an expression"
+            f"loads.acceleration[0]: is {across.source:g}; weight acts along the axis, so it must "
+            "be 0 or an expression"
         )
     if loads.centre is not None and loads.centre[0] != 0.0:
         raise InputError(
@@ -164,10 +163,10 @@ def _displacement(
     point, outward = _at(side, xi)
     place = Sites(point[None], outward[None], np.array([s]))
     u = np.zeros(len(condition.value))
-    for c, component in enumerate(condition.value):
-        if component != "free":
+    for c, datum in enumerate(condition.value):
+        if datum is not None:
             try:
-                u[c] = as_given(component, f"{condition.part}.value[{c}]").at(place)[0]
+                u[c] = datum.at(place)[0]
             except InputError:
                 # nodes lie inside elements: an expression need not be finite at their ends
                 return None

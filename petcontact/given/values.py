@@ -82,6 +82,11 @@ class Given(abc.ABC):
         return np.where(np.abs(values) <= LARGEST_NUMBER, values, otherwise)
 
     @property
+    def is_zero(self) -> bool:
+        """Whether it is the number 0."""
+        return not self.varies and self.source == 0.0
+
+    @property
     def degree(self) -> float:
         """Degree as a polynomial on a straight line, infinite for all other functions."""
         return math.inf

@@ -98,8 +98,6 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
 def _ends(problem: Any) -> list[Any]:
     """All that steps may change, at the end of each step."""
     bodies = [
-        states
-        for loaded in problem.loaded
-        for states in (loaded.conditions, loaded.loads, loaded.forces)
+        states for body in problem.bodies for states in (body.conditions, body.loads, body.forces)
     ]
     return [list(end) for end in zip(*bodies, problem.obstacles_at[1:], strict=True)]

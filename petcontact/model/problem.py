@@ -16,6 +16,7 @@ from ..geometry.meridian import meridian
 from ..geometry.outline import as_outline
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary
+from ..given import bodies as given_bodies
 from ..given.interfaces import PosedInterface
 from ..given.tables.base import Model
 from ..given.tables.material import Material
@@ -37,8 +38,8 @@ from .bodies import (
 from .cycle import Cycle, check_cycle
 from .interfaces import posed_interfaces
 from .load_steps import Obstacle, Step, changed_condition, changed_obstacles, check_step
-from .loaded_body import LoadedBody, loaded_body
 from .loads import PointForce, VolumeLoads, check_material
+from .posed_bodies import posed_body
 from .shapes.files import Gmsh
 from .summary import html_table, summary
 from .torsion import is_twisted, with_third_components
@@ -322,9 +323,14 @@ class Problem(Setting):
         return bodies.index(name), part
 
     @functools.cached_property
-    def loaded(self) -> tuple[LoadedBody, ...]:
-        """The bodies with their conditions and loads at the end of each step."""
-        return tuple(loaded_body(b, body, self.step) for b, body in enumerate(self.body))
+    def bodies(self) -> tuple[given_bodies.Body, ...]:
+        """The bodies with their conditions and loads at the end of each step, as functions of the
+        place."""
+        laws = [
+            {s.part: s.law for s in self.interfaces if s.body == b and s.is_condition}
+            for b in range(len(self.body))
+        ]
+        return tuple(posed_body(b, body, laws[b], self.step) for b, body in enumerate(self.body))
 
     @functools.cached_property
     def obstacles_at(self) -> list[list[Obstacle]]:
@@ -408,7 +414,7 @@ class Problem(Setting):
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
         copy = super().model_copy(update=changes, deep=deep)
         # they follow from what may have changed
-        for key in ("interfaces", "loaded", "obstacles_at", "twisted"):
+        for key in ("interfaces", "bodies", "obstacles_at", "twisted"):
             copy.__dict__.pop(key, None)
         return copy
 

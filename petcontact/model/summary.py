@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..given.conditions import Condition
 from ..given.interfaces import Law
 from ..given.values import Given
 from .bodies import Body, Contact, Pair
@@ -73,29 +74,28 @@ SHORT = 40
 """Characters of an expression that a summary and a picture have room for."""
 
 
-def condition_text(condition: Any) -> str:
+def condition_text(condition: Condition) -> str:
     """What a condition of a part says, in a few characters.
 
     Examples
     --------
-    >>> from petcontact.model.bodies import Displacement, Traction
-    >>> condition_text(Displacement("top", ("free", -0.01)))
+    >>> from petcontact.given.conditions import Displacement, Traction
+    >>> from petcontact.given.values import as_given
+    >>> condition_text(Displacement("top", (None, as_given(-0.01, "value[1]"))))
     'u = [free, -0.01]'
-    >>> condition_text(Traction("left", pressure="20*x"))
+    >>> condition_text(Traction("left", pressure=as_given("20*x", "pressure")))
     'p = 20*x'
-    >>> condition_text(Traction("left", pressure="20*exp(-x**2)*(x > 0.5)*(x < 2.5)*(y > 1)"))
+    >>> text = "20*exp(-x**2)*(x > 0.5)*(x < 2.5)*(y > 1)"
+    >>> condition_text(Traction("left", pressure=as_given(text, "pressure")))
     'p = by an expression'
     """
-    if isinstance(condition, Contact):
-        return law_text(condition)
-    if getattr(condition, "pressure", None) is not None:
-        return f"p = {value_text(condition.pressure)}"
-    if condition.condition in ("symmetry", "periodic"):
-        return str(condition.condition)
-    letter = "u" if condition.condition == "displacement" else "t"
-    load = getattr(condition, "traction", None)
-    return f"{letter} = {value_text(condition.value)}" + (
-        f", t = {value_text(load)}" if load else ""
+    if not condition.terms:
+        return type(condition).__name__.lower()
+    return ", ".join(
+        f"p = {value_text(term.data[0])}"
+        if term.is_pressure
+        else f"{'u' if term.kind == 'displacement' else 't'} = {value_text(term.data)}"
+        for term in condition.terms
     )
 
 
@@ -120,8 +120,8 @@ def law_text(law: Contact | Pair | Law) -> str:
 def value_text(value: Any) -> str:
     """A number, an expression or a few of them; a function, a long expression or an array of many
     values by its kind."""
-    if isinstance(value, Given):
-        return value_text(value.source)
+    if isinstance(value, Given | None):
+        return "free" if value is None else value_text(value.source)
     if callable(value):
         name = getattr(value, "__name__", "<lambda>")
         return "by a function" if name == "<lambda>" else f"by {name}"

@@ -107,12 +107,10 @@ class BodyOperators:
     ) -> StressState:
         """Displacement and stress at points (q, d) inside or on the boundary, with the loads inside
         of the body at the end of a step, the last one by default; see `Solution.state_at`."""
-        mesh, loaded = self.mesh, self._problem.loaded[self._number]
-        volume, elsewhere = volume_solution(loaded, mesh), np.full(mesh.n_nodes, -1)
-        shares = {step or len(loaded.loads): 1.0}
-        return BodyFields(loaded, mesh, BodyResult(u, traction), volume, elsewhere, shares).at(
-            points
-        )
+        mesh, body = self.mesh, self._problem.bodies[self._number]
+        volume, elsewhere = volume_solution(body, mesh), np.full(mesh.n_nodes, -1)
+        shares = {step or len(body.loads): 1.0}
+        return BodyFields(body, mesh, BodyResult(u, traction), volume, elsewhere, shares).at(points)
 
     def petsc(self, name: str, comm: Any = None) -> Any:
         """G, H or S of the contact directions as a dense PETSc Mat by rows over the ranks.

@@ -14,10 +14,10 @@ from ..bem.boundary_data import BoundaryData
 from ..compliance.interface import Interface
 from ..contact.laws import Tresca
 from ..errors import InputError
+from ..given.bodies import Body
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
-from ..model.loaded_body import LoadedBody
 from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
 from ..runtime.hints import demand_name
@@ -146,9 +146,9 @@ def condensed_body(
         raise InputError(f"body {name!r} is in no contact")
     faces = [_free_face(mesh, number, part) for part in parts]
     meshes = list(solution.meshes.values())
-    data = [boundary_data(*body, faces) for body in zip(problem.loaded, meshes, strict=True)]
-    _check_steps(problem.loaded[number], mesh, faces, data[number])
-    data = with_volume_loads(problem.loaded, meshes, data, None)[0]
+    data = [boundary_data(*body, faces) for body in zip(problem.bodies, meshes, strict=True)]
+    _check_steps(problem.bodies[number], mesh, faces, data[number])
+    data = with_volume_loads(problem.bodies, meshes, data, None)[0]
     law = Tresca(np.zeros(0), mesh.components - 1)
     discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], np.zeros(0))
     with options(problem.petsc):
@@ -164,17 +164,17 @@ def condensed_body(
 
 
 def _check_steps(
-    loaded: LoadedBody,
+    body: Body,
     mesh: BoundaryMesh,
     faces: list[Interface],
     first: BoundaryData,
 ) -> None:
     """Refuse a body of which a later step holds or frees other components than the first one."""
-    for step in range(2, len(loaded.conditions) + 1):
-        traction_known = boundary_data(loaded, mesh, faces, step).traction_known
+    for step in range(2, len(body.conditions) + 1):
+        traction_known = boundary_data(body, mesh, faces, step).traction_known
         if not np.array_equal(traction_known, first.traction_known):
             raise InputError(
-                f"body {loaded.body.name!r}: step {step} holds what is free before, or "
+                f"body {body.name!r}: step {step} holds what is free before, or "
                 "the other way round; a superelement has one compliance: condense the problem of "
                 "one of the steps"
             )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,12 +16,13 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST
+from ..given.bodies import Body, Loads
+from ..given.conditions import Condition, Contact, Term
 from ..given.features import MOST_FEATURES
 from ..given.lines import OWN_SAMPLES, Line, lines_of
-from ..given.values import Given, as_given
+from ..given.sites import Sites
+from ..given.values import Given
 from ..mesh.basis import gauss, lagrange
-from ..model.loads import VolumeLoads
-from ..model.problem import Body, Condition, Contact, Displacement, Traction
 from ..round_off import SINGLE
 from .levels import REFINEMENT_LEVELS
 
@@ -98,7 +99,7 @@ class SideData:
 
 
 def fields(body: Body, outline: Outline) -> list[list[SideData]]:
-    """Return the data of each side that vary along it.
+    """Return the data of each side that vary along it, at the beginning.
 
     Raises
     ------
@@ -106,23 +107,28 @@ def fields(body: Body, outline: Outline) -> list[list[SideData]]:
         As `Given.values`. Values that are not finite count as zero here; those at nodes are
         reported when they are evaluated there.
     """
+    return varying_data(body.boundary, body.volume, outline)
+
+
+def varying_data(
+    conditions: Sequence[Condition], loads: Loads, outline: Outline
+) -> list[list[SideData]]:
+    """Return the data of conditions and of volume loads that vary along each side, see `fields`."""
     result: list[list[SideData]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}
     data = []
     for k, line in enumerate(lines_of(outline)):
-        for kind, given, values in _conditions(body, line):
-            varies = any(datum.varies for datum in given) or (
-                line.side.curvature and kind == "traction"
-            )
-            data.append((k, line, kind, given, values, varies))
+        for kind, term in _terms(conditions, loads, line):
+            varies = term.varies or (line.side.curvature and kind == "traction")
+            data.append((k, line, kind, term, varies))
     if not any(varies for *_, varies in data):
         return result
-    for k, line, kind, given, values, varies in data:
-        size = float(np.linalg.norm(values(np.array([0.5]))))
-        length = line.side.length
+    for k, line, kind, term, varies in data:
+        values = functools.partial(_values, term, line)
+        size, length = float(np.linalg.norm(values(np.array([0.5])))), line.side.length
         if varies:
-            features = line.features(given, values)
-            field = SideData(kind, values, *features, 1.0, length, line.degree(given))
+            features = line.features(term.given, values)
+            field = SideData(kind, values, *features, 1.0, length, line.degree(term.given))
             result[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
         sizes[kind] = sizes.get(kind, 0.0) + size * length
@@ -162,75 +168,43 @@ def _(boundary: Outline, part: str, gap: Given | None) -> list[Array]:
     return points
 
 
-def _conditions(
-    body: Body, line: Line
-) -> Iterator[tuple[str, list[Given], Callable[[Array], Array]]]:
-    """Yield kind, components and values of the given data on a side.
+def _terms(conditions: Sequence[Condition], loads: Loads, line: Line) -> Iterator[tuple[str, Term]]:
+    """Yield the given data on a side, by kind.
 
-    Arrays are left out, since they belong to the nodes of one mesh.
+    One value a node is left out, since it belongs to one mesh.
     """
-    for number, condition in enumerate(body.boundary):
-        if condition.part != line.side.part:
-            continue
-        key = f"boundary[{number}] ({condition.part})"
-        for kind, sources, normal in given_data(condition):
-            data = [as_given(source, key) for source in sources]
-            if all(datum.everywhere for datum in data):
-                yield kind, data, functools.partial(_values, data, line, normal)
+    for condition in conditions:
+        if condition.part == line.side.part:
+            yield from ((kind, term) for kind, term in rough_data(condition) if term.everywhere)
     # the tractions of a particular solution are about as rough as its load
-    for key, sources in _in_volume(body.loads):
-        data = [as_given(source, key) for source in sources]
-        yield key, data, functools.partial(_values, data, line, False)
+    for key in ("temperature", "force", "acceleration"):
+        data = getattr(loads, key)
+        term = Term("load", data if isinstance(data, tuple) else (data,))
+        if term.varies:
+            yield f"loads.{key}", term
 
 
-def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Any]]]:
-    """Yield keys and components of loads that vary in the volume."""
-    if loads is not None:
-        loads_by_key = [
-            ("temperature", (loads.temperature,)),
-            ("force", loads.force or ()),
-            ("acceleration", loads.acceleration or ()),
-        ]
-        yield from (
-            (f"loads.{key}", list(given))
-            for key, given in loads_by_key
-            if any(isinstance(v, str) for v in given)
-        )
-
-
-def given_data(condition: Condition) -> Iterator[tuple[str, list[Any], bool]]:
-    """Yield each kind of data of a condition, its components, and whether they act along the
-    normal."""
-    if isinstance(condition, Displacement):
-        yield (
-            "displacement",
-            [component for component in condition.value if component != "free"],
-            False,
-        )
-        yield "traction", list(condition.traction or ()), False
-    elif isinstance(condition, Traction):
-        if condition.pressure is not None:
-            yield "traction", [condition.pressure], True
-        else:
-            yield "traction", list(condition.value or ()), False
-    elif isinstance(condition, Contact):
+def rough_data(condition: Condition) -> Iterator[tuple[str, Term]]:
+    """Yield each kind of data of a condition whose roughness elements resolve."""
+    for term in condition.terms:
+        yield term.kind, replace(term, data=tuple(term.given))
+    if isinstance(condition, Contact):
+        law = condition.law
         given = (
-            ("friction bound", condition.friction_bound),
-            ("gap", condition.gap or None),
-            ("friction coefficient", condition.friction_coefficient),
+            ("friction bound", law.friction_bound),
+            ("gap", None if law.gap is None or law.gap.is_zero else law.gap),
+            ("friction coefficient", law.friction_coefficient),
         )
-        yield from ((kind, [value], False) for kind, value in given if value is not None)
+        yield from ((kind, Term(kind, (datum,))) for kind, datum in given if datum is not None)
 
 
-def _values(data: list[Given], line: Line, along_normal: bool, fractions: Array) -> Array:
-    """Return values (n, c) of components at fractions (n,) of a side, 0 where not finite.
-
-    They are multiplied by the side's normal if they act along it.
-    """
+def _values(term: Term, line: Line, fractions: Array) -> Array:
+    """Return values (n, c) of a term at fractions (n,) of a side, 0 where not finite."""
+    if not term.data:
+        return np.zeros((len(fractions), 1))
     sites = line.sites(fractions)
-    columns = [datum.near(sites) for datum in data]
-    values = np.column_stack(columns or [np.zeros(len(fractions))])
-    return np.asarray(values * line.normals(fractions)) if along_normal else values
+    in_volume = term.kind == "load"
+    return term.near(Sites(sites.x) if in_volume else sites, line.normals(fractions))
 
 
 def resolved(

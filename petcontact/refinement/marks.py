@@ -18,11 +18,12 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST, TOLERANCE, inside
+from ..given.bodies import Body
+from ..given.conditions import Contact
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
-from ..model.problem import Body, Contact
 from .contact_line import ContactLine, grading_points, slip_at_end
 from .gap_minima import lowest_minima
 from .known_data import SideData, fields, resolved

@@ -14,6 +14,7 @@ from ..geometry.cad.part import CadSurface
 from ..geometry.round_surfaces import RoundSurface
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary, BoxSurface, FacetSurface
+from ..given.bodies import Body
 from ..given.tables.solver_options import MeshOptions
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -22,7 +23,6 @@ from ..mesh.panelling import box_mesh, facet_mesh, round_mesh
 from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.ring_mesh import RingMesh
 from ..mesh.surface_mesh import SurfaceMesh
-from ..model.problem import Body
 from .marks import default_mesh
 
 PANELS = 4

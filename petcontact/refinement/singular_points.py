@@ -7,8 +7,17 @@ import math
 from collections.abc import Sequence
 
 from ..geometry.outline import Outline, Side
+from ..given.bodies import Body
+from ..given.conditions import (
+    Condition,
+    Contact,
+    Displacement,
+    Periodic,
+    Symmetry,
+    Traction,
+)
+from ..given.interfaces import Law
 from ..mesh.grading import at_ends, turn
-from ..model.problem import Body, Condition, Contact, Displacement, Periodic, Symmetry, Traction
 from .corner_exponents import (
     CLAMPED,
     FREE,
@@ -54,7 +63,7 @@ def kinds_seen(condition: Condition | None, leaving: float, dim: int) -> tuple[S
     """
     if dim > 2 or not isinstance(condition, Displacement):
         return kinds_of(condition)
-    free = _is_free(condition)[:dim]
+    free = condition.free[:dim]
     if len(set(free)) == 1:
         return (FREE,) if free[0] else (CLAMPED,)
     axis = math.pi / 2.0 if free[0] else 0.0
@@ -70,12 +79,12 @@ def kinds_of(condition: Condition | None) -> tuple[SideKind, ...]:
     if condition is None or isinstance(condition, Traction):
         return (FREE,)
     if isinstance(condition, Contact):
-        return _of_contact(condition)
+        return _of_contact(condition.law)
     if isinstance(condition, Symmetry):
         return (SLIDING,)
     if isinstance(condition, Periodic):
         return (CLAMPED,)
-    free = _is_free(condition)
+    free = condition.free
     return (FREE,) if all(free) else (CLAMPED, SLIDING) if any(free) else (CLAMPED,)
 
 
@@ -89,7 +98,7 @@ def torsion_exponent(
     `kinds`.
     """
     held = [
-        {not _is_free(condition)[2]}
+        {not condition.free[2]}
         if isinstance(condition, Displacement)
         else {kind == CLAMPED for kind in sides}
         for condition, sides in zip(given, kinds, strict=True)
@@ -97,22 +106,17 @@ def torsion_exponent(
     return min(shear_exponent(angle, *pair) for pair in itertools.product(*held))
 
 
-def _is_free(condition: Displacement) -> list[bool]:
-    return [component == "free" for component in condition.value]
-
-
-def _of_contact(condition: Contact) -> tuple[SideKind, ...]:
+def _of_contact(law: Law) -> tuple[SideKind, ...]:
     """Return what a contact side may be: it sticks, slips or opens."""
-    if condition.normal == "bonded":
+    if law.normal == "bonded":
         return (CLAMPED,)
-    friction = condition.friction_coefficient is not None or condition.friction_bound not in (
-        None,
-        0.0,
+    friction = law.friction_coefficient is not None or not (
+        law.friction_bound is None or law.friction_bound.is_zero
     )
     return (
         SLIDING,
         *((CLAMPED,) if friction else ()),
-        *((FREE,) if condition.normal == "unilateral" else ()),
+        *((FREE,) if law.normal == "unilateral" else ()),
     )
 
 

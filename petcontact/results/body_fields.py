@@ -18,8 +18,8 @@ from ..fields.boundary.places import best_places, located, sizes
 from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import InteriorField, Progress, points_in, stress_across
 from ..fields.stress_state import StressState
+from ..given.bodies import Body
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.loaded_body import LoadedBody
 from ..round_off import SINGLE
 from ..runtime.hints import demand_name, nearest
 from .records import BodyResult
@@ -76,7 +76,7 @@ class BodyFields:
 
     Attributes
     ----------
-    loaded : LoadedBody
+    body : Body
     mesh : BoundaryMesh
     found : BodyResult
     volume : VolumeSolution, optional
@@ -87,7 +87,7 @@ class BodyFields:
         Of the loads at the ends of steps.
     """
 
-    loaded: LoadedBody
+    body: Body
     mesh: BoundaryMesh
     found: BodyResult
     volume: VolumeSolution | None
@@ -97,7 +97,7 @@ class BodyFields:
     @functools.cached_property
     def loads(self) -> InsideLoads:
         """The displacement and the stress that volume loads add."""
-        return InsideLoads.from_body(self.loaded, self.mesh, self.volume, self.shares)
+        return InsideLoads.from_body(self.body, self.mesh, self.volume, self.shares)
 
     @functools.cached_property
     def data(self) -> tuple[Array, Array]:
@@ -107,7 +107,7 @@ class BodyFields:
     @functools.cached_property
     def boundary(self) -> BoundaryField:
         """The field on the boundary, without volume loads."""
-        return BoundaryField(self.mesh, *self.data, self.loaded.body.material, self.state)
+        return BoundaryField(self.mesh, *self.data, self.body.material, self.state)
 
     @functools.cached_property
     def inside(self) -> InteriorField:
@@ -124,7 +124,7 @@ class BodyFields:
     @property
     def known(self) -> bool:
         """Whether the stress is known: the stress in a superelement is not."""
-        return self.loaded.body.geometry.has_inside
+        return self.body.has_inside
 
     def on_boundary(self, element: Index, place: Array) -> StressState:
         """Return the field at places of elements (see `Hits`); a superelement has NaN stress."""
@@ -158,7 +158,7 @@ class BodyFields:
     ) -> StressState:
         """Return the field with what volume loads add to u and to the stress."""
         stress = stress + loads[1]
-        material = self.loaded.body.material
+        material = self.body.material
         across = stress_across(self.mesh, x, u + loads[0], stress, material, loads[2])
         return StressState(x, u + loads[0], self.mesh.with_hoop(stress, across), across)
 
@@ -176,7 +176,7 @@ def states_at(
     """
     first = increments[0]
     if not first.known:
-        name = first.loaded.body.name
+        name = first.body.name
         raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
     points = points_in(points, first.mesh.dim)
     if part is not None and part not in first.mesh.part_names:
@@ -206,7 +206,7 @@ def _inside(increments: Sequence[BodyFields]) -> InteriorField:
     """Return the field inside the body after some increments, without volume loads."""
     first, data = increments[0], zip(*(fields.data for fields in increments), strict=True)
     u, traction = (np.stack(values, axis=2) for values in data)
-    return InteriorField(first.mesh, u, traction, first.loaded.body.material)
+    return InteriorField(first.mesh, u, traction, first.body.material)
 
 
 def _states_inside(

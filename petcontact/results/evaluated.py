@@ -96,7 +96,7 @@ class Evaluated:
             ("fields", name),
             after,
             lambda: BodyFields(
-                self.problem.loaded[names.index(name)],
+                self.problem.bodies[names.index(name)],
                 self.meshes[name],
                 after.bodies[name],
                 self.volume_solutions[name],
@@ -151,8 +151,7 @@ class Evaluated:
         if self.volumes is not None:
             return self.volumes
         return {
-            loaded.body.name: volume_solution(loaded, self.meshes[loaded.body.name])
-            for loaded in self.problem.loaded
+            body.name: volume_solution(body, self.meshes[body.name]) for body in self.problem.bodies
         }
 
     @functools.cached_property
@@ -218,7 +217,7 @@ class Evaluated:
         except InputError as error:
             if len(self.meshes) == 1:
                 raise
-            name = fields[0].loaded.body.name
+            name = fields[0].body.name
             others = f"; body=... names another: {', '.join(self.meshes)}" if body is None else ""
             raise InputError(f"body {name!r}: {error}{others}") from None
 

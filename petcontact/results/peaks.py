@@ -111,7 +111,7 @@ class _Samples:
             self._states.append(self._fields.at(inside, outside=np.nan))
         self._x = np.vstack([state.x for state in self._states])
         self._beside = self._near_unbounded(self._x)
-        u, material = self._fields.found.u, self._fields.loaded.body.material
+        u, material = self._fields.found.u, self._fields.body.material
         strain = float(np.abs(u).max()) / float(np.ptp(mesh.x, axis=0).max())
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
         # a rigid motion leaves round-off of E times displacement over the size of the body

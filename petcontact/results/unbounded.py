@@ -108,10 +108,10 @@ Point = tuple[str, Array, tuple[int, ...], str]
 
 def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[Point]:
     """Yield the place of each force that acts at a point of a body."""
-    for loaded in solution.problem.loaded:
-        for each in loaded.forces[step.step - 1]:
+    for body in solution.problem.bodies:
+        for each in body.forces[step.step - 1]:
             if np.any(each.force):
-                yield loaded.body.name, np.array(each.at), (), "a point force"
+                yield body.name, np.array(each.at), (), "a point force"
 
 
 def _pressing(solution: Evaluated, step: StepResult) -> Iterator[Point]:
@@ -211,10 +211,10 @@ class _Body:
 
     def __init__(self, solution: Evaluated, name: str, step: StepResult) -> None:
         self._mesh: BoundaryMesh = solution.meshes[name]
-        loaded = solution.problem.loaded[list(solution.meshes).index(name)]
-        self._conditions = loaded.conditions[step.step - 1]
+        body = solution.problem.bodies[list(solution.meshes).index(name)]
+        self._conditions = body.conditions[step.step - 1]
         self._name = name
-        self.kappa = 3.0 - 4.0 * loaded.body.material.plane_strain_ratio
+        self.kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
         self._corners = corners_of(self._mesh)
         self._size = float(np.ptp(self._mesh.x, axis=0).max())
         self._pair = np.full(self._mesh.n_nodes, -1)

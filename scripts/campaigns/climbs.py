@@ -126,7 +126,7 @@ def solved(
 
 def true_error(solution: Solution, best: Solution) -> float:
     """Of u_t in L2(Γ_C), relative, seen from the nodes of both."""
-    body = GradedOutline.from_body(solution.problem.body[0], solution.problem.geometry.outline())
+    body = GradedOutline.from_body(solution.problem.bodies[0], solution.problem.geometry.outline())
     return difference(
         contact_lines(body, solution), contact_lines(body, best)
     ) / displacement_scale(best)

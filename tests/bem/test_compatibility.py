@@ -49,7 +49,7 @@ def test_a_displacement_into_the_contact_is_refused_in_one_line(run, value):
 def test_what_is_compatible_or_cannot_be_known_is_taken(value, more):
     """Only contact without a gap that holds both ways counts."""
     given = posed(value, **more)
-    check_compatible(given.geometry.outline(), given.body[0])
+    check_compatible(given.geometry.outline(), given.bodies[0])
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_arcs_have_the_normal_of_their_ends(value, fits):
     ring = Circle(part="hole", center=(0, 0), radius=0.5)
     given = posed(value, SideBySide(loops=(halves, ring)))
     if fits:
-        check_compatible(given.geometry.outline(), given.body[0])
+        check_compatible(given.geometry.outline(), given.bodies[0])
     else:
         with pytest.raises(InputError, match=r"has u·n = "):
-            check_compatible(given.geometry.outline(), given.body[0])
+            check_compatible(given.geometry.outline(), given.bodies[0])

@@ -50,7 +50,7 @@ def meshed(name):
         mesh={"element_size": 0.25, "order": 2},
         boundary=[drawn(part, (0.0,) * boundary.dim) for part in boundary.parts],
     )
-    return mesh_of(body.body[0], boundary)
+    return mesh_of(body.bodies[0], boundary)
 
 
 @functools.cache

@@ -103,7 +103,7 @@ def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
     mesh = box_mesh(CUBE, lambda part: 0.25, 2, 1.0)
     u, stress = kelvin(mesh.x)
     found = BodyResult(u, np.einsum("nij,nj->ni", stress, mesh.normal))
-    (body,) = problem(body=[solid("cube", BOX, closing("top"), material=elastic(2.6, 0.3))]).loaded
+    (body,) = problem(body=[solid("cube", BOX, closing("top"), material=elastic(2.6, 0.3))]).bodies
     fields = BodyFields(body, mesh, found, None, np.full(mesh.n_nodes, -1), {1: 1.0})
     element, place = everywhere(mesh, 2, np.random.default_rng(0))
     x = at(mesh, element, place)[mesh.part[element] == mesh.part_names.index("top")][::3]
@@ -135,7 +135,7 @@ def posed(shape, order, size):
     """A body in contact at its top, and its mesh."""
     mesh, contact = MeshOptions(size, order=order), [Contact("top")]
     problem = Problem(material=SOFT, geometry=shape, mesh=mesh, boundary=contact)
-    return problem, mesh_of(problem.body[0], problem.outline())
+    return problem, mesh_of(problem.bodies[0], problem.outline())
 
 
 def bent(x):

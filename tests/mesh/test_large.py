@@ -34,14 +34,14 @@ def many_sided(sides, **mesh):
 def test_a_polygon_of_a_thousand_sides_is_meshed_soon():
     """0.3 s; 12 s when every side was compared with every other."""
     case = many_sided(1000)
-    assert 10_000 < mesh_of(case.body[0], case.outline()).n_nodes < 20_000
+    assert 10_000 < mesh_of(case.bodies[0], case.outline()).n_nodes < 20_000
 
 
 @pytest.mark.slow
 def test_too_many_graded_sides_are_refused_before_the_work():
     case, line = many_sided(100_000), r"^mesh: 100000 graded sides give more than 1e\+06 nodes"
     with pytest.raises(InputError, match=line):
-        mesh_of(case.body[0], case.outline())
+        mesh_of(case.bodies[0], case.outline())
 
 
 def test_dense_operators_that_do_not_fit_the_machine_are_refused(monkeypatch, comm):
@@ -68,7 +68,7 @@ def test_what_takes_a_while_is_announced(comm, capsys):
 
     small = many_sided(100, element_size=1.0)
     prepare(small, comm, announce=announce).close()
-    seconds = 2.0 * choice.dense_seconds(mesh_of(small.body[0], small.outline()))
+    seconds = 2.0 * choice.dense_seconds(mesh_of(small.bodies[0], small.outline()))
     assert [words[:3] for words in announced] == [(100, 200, seconds)]
     assert announced[0][3] > 8 * 200**2
     for adaptive in (False, True):

@@ -166,7 +166,7 @@ def test_elements_of_a_sharp_wedge_are_no_longer_than_it_is_thick_behind_them():
     refused."""
     wedge = Polygon(vertices=((0, 0), (4, 0), (4, 0.35)), parts=("bottom", "right", "top"))
     case = example(1).model_copy(update={"geometry": wedge})
-    body, grading = GradedOutline.from_body(case.body[0], wedge.outline()), Grading(2, 0.3)
+    body, grading = GradedOutline.from_body(case.bodies[0], wedge.outline()), Grading(2, 0.3)
     mesh = graded_mesh(body.outline, marks_for(body, grading, 1e-3, None), grading, [np.inf] * 3)
     over = slenderness(mesh) > 4.0
     assert over.any() and np.bincount(mesh.element, mesh.measure)[over].sum() < 0.01

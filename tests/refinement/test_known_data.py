@@ -49,7 +49,7 @@ def block(friction_bound, pressure=0.0):
 )
 def test_kinks_and_jumps_of_the_data_are_located(bound, expected):
     posed = block(bound)
-    body = GradedOutline.from_body(posed.body[0], posed.geometry.outline())
+    body = GradedOutline.from_body(posed.bodies[0], posed.geometry.outline())
     assert body.kinks[0] == pytest.approx(expected, abs=1e-9)
     assert all(len(body.kinks[k]) == 0 for k in (1, 2, 3))
 
@@ -59,7 +59,7 @@ def test_kinks_of_tractions_are_found_on_arcs_by_the_arc_length_of_the_part():
     rim = {"part": "rim", "condition": "traction", "pressure": "abs(s - 20)"}
     posed = load(CONFIG, {"boundary.3": rim})
     outline = posed.geometry.outline()
-    kinks = GradedOutline.from_body(posed.body[0], outline).kinks
+    kinks = GradedOutline.from_body(posed.bodies[0], outline).kinks
     second = [side.part for side in outline.sides].index("rim") + 1
     assert kinks[second] == pytest.approx([20.0 - outline.sides[second].length])
     assert sum(len(kinks[k]) for k in range(len(outline.sides))) == 1
@@ -94,7 +94,7 @@ def test_smooth_peaks_of_any_width_are_resolved(text, primitive, width):
         pytest.skip("the expression itself is lost in round-off there")
     posed = block(50.0, text.format(w=width))
     outline = posed.geometry.outline()
-    data = fields(posed.body[0], outline)
+    data = fields(posed.bodies[0], outline)
     assert [len(row) for row in data] == [0, 1, 0, 0]
     breaks, orders, missed = resolved(np.linspace(0.0, 1.0, 5), np.full(4, 1), data[1], 1e-4)
     assert missed == 0.0 and breaks[0] == 0.0 and breaks[-1] == 1.0
@@ -118,7 +118,7 @@ def test_smooth_peaks_of_any_width_are_resolved(text, primitive, width):
 )
 def test_polynomials_need_the_order_of_their_degree_and_no_more(text, degree):
     posed = block(text)
-    field = fields(posed.body[0], posed.geometry.outline())[0][0]
+    field = fields(posed.bodies[0], posed.geometry.outline())[0][0]
     assert field.degree == degree
     ends = np.linspace(0.0, 1.0, 5)
     if math.isfinite(degree):
@@ -133,7 +133,7 @@ def test_a_polynomial_is_not_searched_for_narrow_features():
         nested = f"{(-1.0) ** k / (k + 2)} + (0.5*y - 1)*({nested})"
     posed = block(80.0, nested)
     (outline,) = posed.boundaries
-    ((field,),) = [found for found in fields(posed, outline) if found]
+    ((field,),) = [found for found in fields(posed.bodies[0], outline) if found]
     assert field.degree == 16 and len(field.samples) == 4 * 16**2 and not field.switches.size
 
 

@@ -31,7 +31,7 @@ SKEW = {
 def exponents(geometry, *boundary, **more):
     """Of all corners; sides of which nothing is said are free."""
     given = problem(material=elastic(1.0, 0.3), geometry=geometry, boundary=boundary, **more)
-    return corner_exponents(given.body[0], given.boundaries[0])
+    return corner_exponents(given.bodies[0], given.boundaries[0])
 
 
 def test_corners_are_as_strong_as_their_angles_and_sides():

@@ -93,7 +93,7 @@ def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
     given = problem(body=[block])
     solution, outline = solve(given), given.boundaries[0]
     (places,) = unbounded_places(solution, solution.last).values()
-    exponents = corner_exponents(given.body[0], outline)
+    exponents = corner_exponents(given.bodies[0], outline)
     expected = [
         side.start for side, (least, _) in zip(outline.sides, exponents, strict=True) if least < 1.0
     ]

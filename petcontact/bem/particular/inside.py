@@ -9,8 +9,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...geometry.rotation import lifted
+from ...given.bodies import Body
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.loaded_body import LoadedBody
 from ..kernel import Kernel, tensor_components
 from ..kernels import kernel_for
 from .volume import VolumeSolution
@@ -30,19 +30,20 @@ class InsideLoads:
     @classmethod
     def from_body(
         cls,
-        loaded: LoadedBody,
+        body: Body,
         mesh: BoundaryMesh,
         volume: VolumeSolution | None,
         shares: dict[int, float],
     ) -> InsideLoads:
         """Return the loads of a body with the solution for its volume loads. State 0
         is unloaded, state k the end of step k; each has its share."""
-        forces, body = loaded.forces, loaded.body
-        point = np.array([f.at for f in body.point_force]).reshape(-1, mesh.dim)
+        point = np.array(body.points).reshape(-1, mesh.dim)
         force = np.zeros((len(point), mesh.components))
         for state, share in shares.items():
             if state > 0:
-                force += share * np.array([f.force for f in forces[state - 1]]).reshape(force.shape)
+                force += share * np.array([f.force for f in body.forces[state - 1]]).reshape(
+                    force.shape
+                )
         return cls(mesh, kernel_for(mesh, body.material), point, force, volume, shares)
 
     def without(self, u: Array, traction: Array) -> tuple[Array, Array]:

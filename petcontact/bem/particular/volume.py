@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...geometry.rotation import lifted
+from ...given.bodies import NO_RISE, Body, Loads
 from ...given.sites import Sites
 from ...given.tables.material import Material
-from ...given.values import as_given
+from ...given.values import Given
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.ring_mesh import RingMesh, TwistedRingMesh
-from ...model.loaded_body import LoadedBody
-from ...model.loads import VolumeLoads
 from ...round_off import CHAINED
 from .fit import fitted, points_in
 from .polynomials import BodyBox, padded
@@ -76,7 +75,7 @@ class VolumeSolution:
         return u, stress, heat
 
 
-def volume_solution(loaded: LoadedBody, mesh: BoundaryMesh) -> VolumeSolution | None:
+def volume_solution(body: Body, mesh: BoundaryMesh) -> VolumeSolution | None:
     """Return the solutions for a body, or None where no step has volume loads. State
     0 is unloaded, state k the end of step k.
 
@@ -85,13 +84,12 @@ def volume_solution(loaded: LoadedBody, mesh: BoundaryMesh) -> VolumeSolution | 
     InputError
         If an expression cannot be evaluated in the body.
     """
-    steps, body = loaded.loads, loaded.body
-    if all(loads.is_none for loads in steps):
+    if all(loads.is_none for loads in body.loads):
         return None
-    posed, cold = _Posed(f"body {body.name!r}: loads", body.material, mesh), {"temperature": 0.0}
+    posed = _Posed(body.material, mesh)
     states, forces = (
         [None, *map(posed.solution, loads_of_steps)]
-        for loads_of_steps in (steps, [s.model_copy(update=cold) for s in steps])
+        for loads_of_steps in (body.loads, [replace(s, temperature=NO_RISE) for s in body.loads])
     )
     return VolumeSolution(tuple(states), tuple(forces), tuple(posed.notes), posed.missed)
 
@@ -100,54 +98,41 @@ def volume_solution(loaded: LoadedBody, mesh: BoundaryMesh) -> VolumeSolution | 
 class _Posed:
     """A body and its box, in which loads become polynomials."""
 
-    key: str
     material: Material
     mesh: BoundaryMesh
     notes: list[str] = field(default_factory=list)
     missed: float = 0.0
-    known: dict[tuple[str, Any], Array] = field(default_factory=dict)
-    solved: dict[VolumeLoads, ParticularSolution | None] = field(default_factory=dict)
+    known: dict[Given, Array] = field(default_factory=dict)
+    solved: dict[Loads, ParticularSolution | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.box = BOXES.get(type(self.mesh), BodyBox).around(self.mesh)
         self._points: Array | None = None
 
-    def solution(self, loads: VolumeLoads) -> ParticularSolution | None:
+    def solution(self, loads: Loads) -> ParticularSolution | None:
         """For the loads of one state, None where there are none; of the same loads the same
         object."""
         if loads not in self.solved:
             self.solved[loads] = None if loads.is_none else self._solution(loads)
         return self.solved[loads]
 
-    def _solution(self, loads: VolumeLoads) -> ParticularSolution:
+    def _solution(self, loads: Loads) -> ParticularSolution:
         density = self.material.density or 0.0
         parts = [self._centrifugal(loads, density)]
-        for key, values, factor in (
-            ("acceleration", loads.acceleration, density),
-            ("force", loads.force, 1.0),
-        ):
-            parts += (
-                [
-                    [
-                        factor
-                        * self._polynomial(f"{key}[{i}]", value, factor * self.box.half.max())
-                        for i, value in enumerate(values)
-                    ]
-                ]
-                if values
-                else []
-            )
+        for data, factor in ((loads.acceleration, density), (loads.force, 1.0)):
+            stress = factor * self.box.half.max()
+            if data:
+                parts.append([factor * self._polynomial(datum, stress) for datum in data])
         size = max(len(p) for part in parts for p in part)
         force = sum(np.array([padded(p, size) for p in part]) for part in parts)
         along = list(np.tensordot(self.box.axes, force, 1))
         heat = self._polynomial(
-            "temperature",
             loads.temperature,
             self.material.model_copy(update={"plane": "stress"}).thermal_stress,
         )
         return particular_solution(self.box, along, heat, self.material)
 
-    def _centrifugal(self, loads: VolumeLoads, density: float) -> list[Array]:
+    def _centrifugal(self, loads: Loads, density: float) -> list[Array]:
         """ρω² times the vector from the axis, a polynomial of degree 1 a component."""
         d, across = self.mesh.dim, self.box.across(loads.axis)
         middle = across @ (self.box.centre - np.array(loads.centre or (0.0,) * d))
@@ -157,26 +142,23 @@ class _Posed:
             result[(slice(None), *way)] = across @ self.box.axes[j] * self.box.half[j]
         return list(density * loads.angular_velocity**2 * result)
 
-    def _polynomial(self, key: str, value: Any, stress: float) -> Array:
-        """Return the polynomial of a number, or of an expression by a fit; a value of 1 makes about
-        a `stress`."""
-        if isinstance(value, float):
-            return np.full((1,) * self.mesh.dim, value)
-        if (key, value) not in self.known:
+    def _polynomial(self, datum: Given, stress: float) -> Array:
+        """Return the polynomial of a number, or of other data by a fit; a value of 1 makes about a
+        `stress`."""
+        if not datum.varies:
+            return np.full((1,) * self.mesh.dim, float(datum.source))
+        if datum not in self.known:
             if self._points is None:
                 self._points = points_in(self.mesh, self.box)
-            name = f"{self.key}.{key}"
-            datum = as_given(value, name)
 
             def values_at(points: Array) -> Array:
                 return datum.at(Sites(points))
 
-            self.known[key, value], missed, mean = fitted(values_at, self._points, self.box)
+            self.known[datum], missed, mean = fitted(values_at, self._points, self.box)
             self.missed = max(self.missed, mean * stress)
             if missed > CHAINED:
                 self.notes.append(
-                    f"{name}: the polynomial that stands for it misses it by {missed:.1e} of its "
-                    f"largest "
-                    "value; stresses may be as far off"
+                    f"{datum.key}: the polynomial that stands for it misses it by {missed:.1e} of "
+                    "its largest value; stresses may be as far off"
                 )
-        return self.known[key, value]
+        return self.known[datum]

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Mask
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
+from ...given.bodies import Body
+from ...given.conditions import Contact
 from ...given.tables.solver_options import MeshOptions
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.problem import Body, Contact, Problem
+from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import sides
 from ...refinement.panels.data_lines import with_data_lines
@@ -69,7 +72,7 @@ class FirstMeshes:
         posed = first_options(given, boundary, bilateral=self._problem.holds_normals)
         mesh = as_surface(mesh_of(posed, boundary))
         if given.mesh.automatic and bends(mesh, given):
-            posed = posed.model_copy(update={"mesh": posed.mesh.model_copy(update={"order": 2})})
+            posed = replace(posed, mesh=posed.mesh.model_copy(update={"order": 2}))
             mesh = as_surface(mesh_of(posed, boundary))
         if given.mesh.automatic:
             mesh = with_data_lines(boundary, given, mesh)
@@ -114,7 +117,7 @@ def first_options(body: Body, boundary: Boundary, *, bilateral: bool) -> Body:
     options: dict[str, Any] = {"order": 2 if bilateral else 1}
     touching = [c.part for c in body.boundary if isinstance(c, Contact)]
     options |= _first_sizes(boundary, body, touching)
-    return body.model_copy(update={"mesh": MeshOptions(**options)})
+    return replace(body, mesh=MeshOptions(**options))
 
 
 @functools.singledispatch
@@ -122,7 +125,7 @@ def _first_sizes(boundary: Any, body: Body, touching: list[str]) -> dict[str, An
     """Return the options for the size of the first panels."""
     if not boundary.known:
         return {}
-    usual = mesh_of(body.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
+    usual = mesh_of(replace(body, mesh=MeshOptions(order=0)), boundary)
     areas = [usual.weight[usual.nodes_of(part)].sum() for part in touching]
     return {"element_size": math.sqrt(min(areas) / ROUND)}
 
@@ -170,7 +173,7 @@ def thick_enough(
     options = body.mesh.model_copy(
         update={"element_size": size / (worst / 2.0 ** math.floor(math.log2(worst)))}
     )
-    mesh = as_surface(mesh_of(body.model_copy(update={"mesh": options}), boundary))
+    mesh = as_surface(mesh_of(replace(body, mesh=options), boundary))
     while (over := slender(mesh, multiple)).any():
         mesh = cut(mesh, over, boundary)
     return mesh, multiple

@@ -128,7 +128,7 @@ def _costly(solution: Solution) -> str:
         return "wear over cycles is not computed twice; compare with a finer mesh"
     if solution.kind == "bilateral":
         outline = as_outline(solution.problem.outline(), "u_t")
-        if min(map(min, corner_exponents(solution.problem.body[0], outline))) < WEAK:
+        if min(map(min, corner_exponents(solution.problem.bodies[0], outline))) < WEAK:
             return "sides that slide meet at nearly 180°, which no polynomials resolve; use --adapt"
     return ""
 
@@ -164,7 +164,7 @@ def _difference(solution: Solution, coarse: Solution) -> Accuracy:
         return Accuracy(error=displacement_difference(coarse, solution))
     if solution.kind == "bilateral":
         body = GradedOutline.from_body(
-            solution.problem.body[0], as_outline(solution.problem.outline(), "u_t")
+            solution.problem.bodies[0], as_outline(solution.problem.outline(), "u_t")
         )
         apart = line_difference(contact_lines(body, coarse), contact_lines(body, solution))
         return Accuracy(error=apart / displacement_scale(solution))

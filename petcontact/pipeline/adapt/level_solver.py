@@ -9,8 +9,9 @@ from typing import Any
 
 from ...errors import InaccurateOperator
 from ...geometry.surface import Boundary
+from ...given.bodies import Body
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.problem import Body, Problem
+from ...model.problem import Problem
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.memory import release_memory

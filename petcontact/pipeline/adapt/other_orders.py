@@ -70,12 +70,12 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
     change = _affordable(meshes)
-    if not (change and all(body.geometry.has_inside for body in solution.problem.body)):
+    if not (change and all(body.has_inside for body in solution.problem.bodies)):
         return math.nan
     orders = [int(mesh.order.max()) for mesh in meshes]
     shares = [
         share(order, order + change, edge_exponent(mesh, body))
-        for order, mesh, body in zip(orders, meshes, solution.problem.body, strict=True)
+        for order, mesh, body in zip(orders, meshes, solution.problem.bodies, strict=True)
     ]
     changed = [
         other_order(mesh, np.ones(mesh.n_elements, dtype=bool), change, factor)

@@ -13,8 +13,8 @@ from ...bem.kernels import kernel_for
 from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
+from ...given.bodies import Body
 from ...mesh.curve_mesh import as_curve
-from ...model.problem import Body
 from ...refinement.contact_line import (
     ContactLine,
     difference,

@@ -79,7 +79,7 @@ class TailErrors:
 
     @functools.cached_property
     def _data(self) -> DataRemainders:
-        return DataRemainders(self.solution.problem.loaded, self.meshes)
+        return DataRemainders(self.solution.problem.bodies, self.meshes)
 
     def gap_squares(self, step: StepResult, number: int) -> Array:
         """Return the squared error of p from the part of a gap that elements do not represent,
@@ -155,7 +155,7 @@ class TailErrors:
     def _of_bodies(self) -> float:
         """Relative error of p by the bending of thin bodies, and by what polynomials miss of loads
         inside bodies [-]."""
-        each = zip(self.meshes, self.solution.problem.body, strict=True)
+        each = zip(self.meshes, self.solution.problem.bodies, strict=True)
         bending = max(bending_error(mesh, held_nodes(mesh, body)) for mesh, body in each)
         volumes = [*self.solution.volume_solutions.values()]
         pairs = [

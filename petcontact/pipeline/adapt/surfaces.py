@@ -14,10 +14,11 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
 from ...geometry.surface import Boundary
+from ...given.bodies import Body
 from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.problem import Body, Problem
+from ...model.problem import Problem
 from ...refinement.known_data import gap_edges
 from ...refinement.marks import LevelMesh
 from ...refinement.panels.axes import at_edges, halved, matched, sides

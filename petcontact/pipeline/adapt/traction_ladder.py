@@ -13,12 +13,11 @@ from ...contact.laws import STEEP
 from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
+from ...given.bodies import Body
 from ...mesh.curve_mesh import as_curve
-from ...model.loaded_body import LoadedBody
-from ...model.loads import NO_LOADS
-from ...model.problem import Body, Problem
+from ...model.problem import Problem
 from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
-from ...refinement.known_data import SideData, fields
+from ...refinement.known_data import SideData, varying_data
 from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import FINER, FINEST, UNSEEN, GradedOutline, LevelMesh
 from ...results.contact_zones import pair_edges
@@ -83,7 +82,7 @@ class Tractions(Strategy):
         if number not in self._bodies:
             body = GradedOutline.from_body(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
-            self._bodies[number] = with_later_data(body, self._problem.loaded[number], posed)
+            self._bodies[number] = with_later_data(body, posed)
         body = self._bodies[number]
         edges_on: dict[str, list[Edge]] = {}  # a part may be in several contacts
         for name, (b, part) in self._sides.items():
@@ -220,23 +219,19 @@ def with_pressing_corners(body: GradedOutline, pressed: PressedSides) -> GradedO
     return replace(body, exponents=exponents, singular=singular, gaps=gaps)
 
 
-def with_later_data(body: GradedOutline, loaded: LoadedBody, posed: Body) -> GradedOutline:
-    """Return the body with its conditions and volume loads in all steps.
-
-    `posed` has those of the beginning.
-    """
+def with_later_data(body: GradedOutline, posed: Body) -> GradedOutline:
+    """Return an outline with data of the beginning, and those of its body in all steps."""
     for condition in {
-        id(c): c for state in loaded.conditions for c in state.values() if c not in posed.boundary
+        id(c): c for state in posed.conditions for c in state.values() if c not in posed.boundary
     }.values():
         rest = tuple(given for given in posed.boundary if given.part != condition.part)
-        later = fields(posed.model_copy(update={"boundary": (*rest, condition)}), body.outline)
+        later = varying_data((*rest, condition), posed.volume, body.outline)
         on_part = [side.part == condition.part for side in body.outline.sides]
         body = _with_data(
             body, [more if is_on else [] for more, is_on in zip(later, on_part, strict=True)]
         )
-    for loads in set(loaded.loads) - {posed.loads or NO_LOADS}:
-        alone = posed.model_copy(update={"loads": loads, "boundary": ()})
-        body = _with_data(body, fields(alone, body.outline))
+    for loads in set(posed.loads) - {posed.volume}:
+        body = _with_data(body, varying_data((), loads, body.outline))
     return body
 
 

@@ -6,6 +6,7 @@ A side on which smaller panels hang does not follow the exact surface, and a mes
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -13,6 +14,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...geometry.surface import Boundary
+from ...given.bodies import NO_RISE
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import sag
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -113,9 +115,9 @@ def missed_volume(problem: Problem, meshes: Sequence[SurfaceMesh]) -> float:
     Panels of half the size miss a sixteenth of it: quadratic ones miss the fourth power.
     """
     shares = [0.0]
-    for loaded, mesh in zip(problem.loaded, meshes, strict=True):
-        forces = [each.model_copy(update={"temperature": 0.0}) for each in loaded.loads]
-        surface = _curved(problem, loaded.number)
+    for body, mesh in zip(problem.bodies, meshes, strict=True):
+        forces = [replace(each, temperature=NO_RISE) for each in body.loads]
+        surface = _curved(problem, body.number)
         if surface is not None and not all(each.is_none for each in forces):
             finer = cut(mesh, np.ones((mesh.n_elements, 2), dtype=bool), surface)
             own, whole = (

@@ -9,7 +9,6 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -17,17 +16,18 @@ from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import lifted
+from ...given.bodies import Body
+from ...given.conditions import Condition, Term
 from ...given.interfaces import PosedInterface
 from ...given.sites import Sites
 from ...given.values import Given
 from ...mesh.approximation import Samples, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.loaded_body import LoadedBody
-from ...model.problem import Displacement, Problem, Traction
+from ...model.problem import Problem
 from ...refinement.panels.marks import element_sizes, faded
 from ...results.records import PairResult
 from ...round_off import TINY
-from ..pose.load_states import given_values, known_function
+from ..pose.load_states import known_function
 from .findings import limit_of
 
 BINS = 8
@@ -47,11 +47,11 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
     ["body 'body': its mesh misses 97 % of the traction on left, which varies within elements; use
     smaller elements there"]
     """
-    shares, data = dict[tuple[int, str, str], float](), DataRemainders(problem.loaded, meshes)
-    for loaded in problem.loaded:
-        for part, term in _given_terms(*loaded.conditions):
-            key = loaded.number, type(term).__name__.lower(), part
-            shares[key] = max(data.left(loaded.number, part, term)[1], shares.get(key, 0.0))
+    shares, data = dict[tuple[int, str, str], float](), DataRemainders(problem.bodies, meshes)
+    for body in problem.bodies:
+        for part, term in _given_terms(*body.conditions):
+            key = body.number, term.kind, part
+            shares[key] = max(data.left(body.number, part, term)[1], shares.get(key, 0.0))
     for side, quantity in itertools.product(problem.interfaces, BOUNDS):
         datum = getattr(side.law, quantity)
         if datum is not None and datum.varies and datum.everywhere:
@@ -66,10 +66,10 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
     ]
 
 
-def _given_terms(*states: dict[str, Any]) -> Iterator[tuple[str, Displacement | Traction]]:
+def _given_terms(*states: dict[str, Condition]) -> Iterator[tuple[str, Term]]:
     """Yield the part and each term of the displacements and tractions at the ends of steps."""
     for part, condition in itertools.chain.from_iterable(map(dict.items, states)):
-        for term in condition.apart if isinstance(condition, Displacement | Traction) else ():
+        for term in condition.terms:
             yield part, term
 
 
@@ -238,13 +238,13 @@ class DataRemainders:
 
     Parameters
     ----------
-    bodies : sequence of LoadedBody
+    bodies : sequence of Body
     meshes : sequence of BoundaryMesh
     """
 
-    def __init__(self, bodies: Sequence[LoadedBody], meshes: Sequence[BoundaryMesh]) -> None:
+    def __init__(self, bodies: Sequence[Body], meshes: Sequence[BoundaryMesh]) -> None:
         self._bodies, self._meshes = bodies, meshes
-        self._known: dict[int, tuple[object, Array, float, float]] = {}
+        self._known: dict[tuple[int, str, Term], tuple[Array, float, float]] = {}
 
     def squares(self, number: int, step: int, contact: Mask) -> Array:
         """Return the squared error of p from each element of a body at the end of a step,
@@ -262,44 +262,40 @@ class DataRemainders:
             Which elements are in contact.
         """
         mesh, result = self._meshes[number], np.zeros(self._meshes[number].n_elements)
-        compliance = kernel_for(mesh, self._bodies[number].body.material).half_space_compliance
+        compliance = kernel_for(mesh, self._bodies[number].material).half_space_compliance
         stiff = 1.0 / (math.pi * compliance * element_sizes(mesh))
         for part, term in _given_terms(self._bodies[number].conditions[step - 1]):
-            scale = stiff if isinstance(term, Displacement) else 1.0
+            scale = stiff if term.kind == "displacement" else 1.0
             result += scale**2 * self.left(number, part, term)[0]
         return result * faded(mesh, contact)
 
     def resultant_error(self) -> float:
         """Return the largest error of the integrals of given tractions over their size [-]."""
         errors = [
-            self.left(loaded.number, part, term)[2]
-            for loaded in self._bodies
-            for part, term in _given_terms(*loaded.conditions)
-            if isinstance(term, Traction)
+            self.left(body.number, part, term)[2]
+            for body in self._bodies
+            for part, term in _given_terms(*body.conditions)
+            if term.kind == "traction"
         ]
         return max(errors, default=0.0)
 
-    def left(
-        self, number: int, part: str, condition: Displacement | Traction
-    ) -> tuple[Array, float, float]:
+    def left(self, number: int, part: str, term: Term) -> tuple[Array, float, float]:
         """Return the squared remainder on each element, its share of the data [-] and the error of
         their integral over that of their size [-]; computed once."""
-        if id(condition) not in self._known:
-            remainder = self._looked_at(number, part, condition)
-            self._known[id(condition)] = condition, *remainder
-        return self._known[id(condition)][1:]
+        key = number, part, term
+        if key not in self._known:
+            self._known[key] = self._looked_at(*key)
+        return self._known[key]
 
-    def _looked_at(
-        self, number: int, part: str, condition: Displacement | Traction
-    ) -> tuple[Array, float, float]:
+    def _looked_at(self, number: int, part: str, term: Term) -> tuple[Array, float, float]:
         mesh = self._meshes[number]
-        function = known_function(condition, mesh, part)
+        function = known_function(term, mesh)
         if function is None:
             return np.zeros(mesh.n_elements), 0.0, 0.0
-        samples, nodes = sampled(mesh, part, function, condition), mesh.nodes_of(part)
+        samples, nodes = sampled(mesh, part, function, term), mesh.nodes_of(part)
         nodal = np.zeros((mesh.n_nodes, mesh.components))
         normal = lifted(mesh.normal[nodes], mesh.components)
-        at_nodes = given_values(condition, mesh.sites(nodes), normal, part, strict=False)
+        at_nodes = term.near(mesh.sites(nodes), normal)
         nodal[nodes] = approximated(samples, nodes, at_nodes)
         left = samples.left(nodal)
         lost = float(np.linalg.norm(samples.weight @ left)) + samples.doubt

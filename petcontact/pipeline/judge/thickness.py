@@ -6,10 +6,11 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...bem.boundary_data import half_extent, unit_motions
+from ...given.bodies import Body
+from ...given.conditions import Displacement
 from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.hp_grading import OPPOSITE
-from ...model.problem import Body, Displacement
 from ...results.solution import Solution
 
 ASIDE = 0.75
@@ -57,7 +58,7 @@ def slenderness(mesh: BoundaryMesh, held: Mask | None = None) -> Array:
 
 def held_nodes(mesh: BoundaryMesh, body: Body) -> Mask:
     """Return which nodes lie on parts of a body with a given displacement, (n_nodes,)."""
-    conditions = [c for c in body.boundary if isinstance(c, Displacement) and "free" not in c.value]
+    conditions = [c for c in body.boundary if isinstance(c, Displacement) and not any(c.free)]
     return np.isin(mesh.node_part, [mesh.part_names.index(c.part) for c in conditions])
 
 

@@ -17,12 +17,12 @@ from ...compliance.interface import Interface
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import Tresca
 from ...geometry.surface import Boundary
+from ...given.bodies import Body
 from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
 from ...mesh.pairs.matching import matched
-from ...model.loaded_body import LoadedBody
-from ...model.problem import Body, Problem
+from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from ...results.report import Finding
 from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
@@ -152,7 +152,7 @@ def discretise(
     findings += check_distances(problem.interfaces, boundaries, distance)
     refuse(findings)
     interfaces, law, data = _law_and_data(problem, boundaries, meshes, interfaces, law)
-    data, volumes = with_volume_loads(problem.loaded, meshes, data, like)
+    data, volumes = with_volume_loads(problem.bodies, meshes, data, like)
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
     findings += [new_finding("volume loads", note) for note in notes]
     if like is None:
@@ -186,7 +186,7 @@ def _on_meshes(
     for posed, facing in zip(problem.interfaces, facings, strict=True):
         if posed.periodic:
             made = (
-                periodic_interface(problem.loaded[posed.body], posed, meshes[posed.body]),
+                periodic_interface(problem.bodies[posed.body], posed, meshes[posed.body]),
                 0.0,
                 list[Finding](),
             )
@@ -213,7 +213,7 @@ def _law_and_data(
         If the conditions of a body hold it at too few nodes.
     """
     interfaces, law = with_law(given, problem.interfaces, interfaces, meshes)
-    data = [boundary_data(*body, interfaces) for body in zip(problem.loaded, meshes, strict=True)]
+    data = [boundary_data(*body, interfaces) for body in zip(problem.bodies, meshes, strict=True)]
     if given is not None or not isinstance(law, Tresca):
         return interfaces, law, data
     for known, mesh in zip(data, meshes, strict=True):
@@ -224,7 +224,7 @@ def _law_and_data(
     # the equilibrium of bodies that only contact holds is exact if all tractions are unknowns
     interfaces = [replace(interface, held=False) for interface in interfaces]
     law = law_between(problem.interfaces, interfaces, meshes)
-    data = [boundary_data(*body, interfaces) for body in zip(problem.loaded, meshes, strict=True)]
+    data = [boundary_data(*body, interfaces) for body in zip(problem.bodies, meshes, strict=True)]
     return interfaces, law, data
 
 
@@ -248,7 +248,7 @@ def meshed(
 
 
 def with_volume_loads(
-    bodies: Sequence[LoadedBody],
+    bodies: Sequence[Body],
     meshes: list[BoundaryMesh],
     data: list[BoundaryData],
     like: Discrete | None,
@@ -258,11 +258,11 @@ def with_volume_loads(
     Solutions and data of `like` are used again if the loads do not change.
     """
     complete, volumes = [], []
-    for b, (loaded, mesh, mesh_data) in enumerate(zip(bodies, meshes, data, strict=True)):
-        if like is not None and like.problem.loaded[b].loads_volume_as(loaded):
+    for b, (body, mesh, mesh_data) in enumerate(zip(bodies, meshes, data, strict=True)):
+        if like is not None and like.problem.bodies[b].loads_volume_as(body):
             volume, at_nodes = like.volumes[b], like.data[b].volume
         else:
-            volume = volume_solution(loaded, mesh)
+            volume = volume_solution(body, mesh)
             at_nodes = None if volume is None else volume.nodal_values(mesh)
         volumes.append(volume)
         posed = mesh_data if at_nodes is None else replace(mesh_data, volume=at_nodes)

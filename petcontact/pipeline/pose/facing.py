@@ -12,12 +12,12 @@ from ...arrays import Array, Index
 from ...compliance.interface import Interface
 from ...errors import InputError
 from ...geometry.rotation import lifted
+from ...given.bodies import Body
 from ...given.interfaces import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
-from ...model.loaded_body import LoadedBody
 from ...refinement.panels.marks import LONGER
 from ...results.numbers import maximum
 from ...results.report import Finding
@@ -150,7 +150,7 @@ def _smallest(mesh: BoundaryMesh, nodes: Index, gap: Array) -> float:
     return above - maximum(mesh, nodes, np.where(faced, above - gap, 0.0))[0]
 
 
-def periodic_interface(loaded: LoadedBody, side: PosedInterface, mesh: BoundaryMesh) -> Interface:
+def periodic_interface(body: Body, side: PosedInterface, mesh: BoundaryMesh) -> Interface:
     """Return the interface between the two sides of a periodic strip.
 
     At each pair of nodes the displacements differ by the jump, and the tractions are opposite.
@@ -165,7 +165,7 @@ def periodic_interface(loaded: LoadedBody, side: PosedInterface, mesh: BoundaryM
     jump = np.array(
         [
             (0.0, 0.0),
-            *(getattr(state[side.part], "jump", ()) for state in loaded.conditions),
+            *(getattr(state[side.part], "jump", ()) for state in body.conditions),
         ]
     )
     return Interface(

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
 
 from ...bem.compatibility import check_revolution
 from ...errors import InputError
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
+from ...given.bodies import Body
+from ...given.conditions import Condition, Contact, Periodic, Traction
 from ...given.interfaces import PosedInterface
-from ...model.loaded_body import LoadedBody
-from ...model.problem import Body, Contact, Periodic, Problem, Traction
+from ...given.values import Number
+from ...model.problem import Problem
 from ...runtime.hints import demand_name
 from .load_states import check_components
 
@@ -30,9 +32,9 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
             raise InputError(
                 f"body {name!r}: has {boundary.dim} dimensions, body {first!r} has {d}"
             )
-        _check_loads(problem.loaded[number], boundary)
+        _check_loads(problem.bodies[number], boundary)
         if isinstance(boundary, Meridian):
-            check_revolution(problem.loaded[number], boundary)
+            check_revolution(problem.bodies[number], boundary)
     for obstacle in () if problem.interfaces else problem.obstacle:
         raise InputError(
             f"obstacle {obstacle.name!r}: no part is in contact; a [[contact]] says what it touches"
@@ -48,20 +50,20 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
         _check_conditions(problem, number, boundary)
 
 
-def _check_loads(loaded: LoadedBody, boundary: Boundary) -> None:
+def _check_loads(body: Body, boundary: Boundary) -> None:
     """Refuse loads inside a body that may not have them, or whose components do not fit."""
-    body, d = loaded.body, boundary.dim
-    for k, point in enumerate(body.point_force):
+    d = boundary.dim
+    for k, point in enumerate(body.forces[0]):
         check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
         key = f"body {body.name!r}: point_force[{k}].force"
         check_components(key, point.force, boundary.components)
-    if not boundary.has_inside and (body.point_force or body.loads):
-        key = "point_force" if body.point_force else "loads"
+    if not boundary.has_inside and (body.points or not body.volume.is_none):
+        key = "point_force" if body.points else "loads"
         raise InputError(
             f"body {body.name!r}: {key}: loads inside a superelement belong into its file, as "
             f"force or u_0"
         )
-    for loads in [loads for loads in loaded.loads if not loads.is_none]:
+    for loads in [loads for loads in body.loads if not loads.is_none]:
         if boundary.exterior:
             raise InputError(f"body {body.name!r}: loads: an infinite plate has no volume loads")
         if d == 2 and loads.axis is not None:
@@ -69,7 +71,7 @@ def _check_loads(loaded: LoadedBody, boundary: Boundary) -> None:
                 f"body {body.name!r}: loads.axis: a plane body turns about its normal, one of "
                 f"revolution about its axis; leave it out"
             )
-        for key, value in loads.vectors():
+        for key, value in loads.vectors.items():
             check_components(f"body {body.name!r}: loads.{key}", value, d)
 
 
@@ -130,32 +132,20 @@ def body_alone(problem: Problem, number: int, boundary: Boundary) -> Body:
     A contact condition stands for each interface, and free parts have a traction of zero. It serves
     callers that need to know only which parts are held, loaded or in contact.
     """
-    body, contact = problem.body[number], Contact.model_construct  # of values that were checked
+    body = problem.bodies[number]
     touching: dict[str, Contact] = {}
     for side in problem.interfaces:
-        law = side.law
-        friction = {
-            "friction_coefficient": law.friction_coefficient,
-            "friction_bound": law.friction_bound,
-        }
-        given: dict[str, Any] = {
-            "normal": law.normal,
-            **{key: datum and datum.source for key, datum in friction.items()},
-        }
+        flush = replace(side.law, gap=Number(f"{side.key}.gap", 0.0))
         if side.primary and side.primary[0] == number:
-            touching[side.primary[1]] = contact(part=side.primary[1], **given)
+            touching[side.primary[1]] = Contact(side.primary[1], flush)
         if side.body == number:
-            gap = 0.0 if law.gap is None else law.gap.source
-            touching[side.part] = contact(part=side.part, **given, gap=gap)
+            touching[side.part] = Contact(side.part, flush if side.law.gap is None else side.law)
     # the body's own conditions come first, because messages name them by number
-    conditions: list[Any] = [
+    conditions: list[Condition] = [
         touching.pop(c.part) if isinstance(c, Contact | Periodic) else c for c in body.boundary
     ]
     conditions += [touching[part] for part in boundary.parts if part in touching]
     named = {c.part for c in conditions}
-    conditions += [
-        Traction(part=part, value=(0.0,) * boundary.components)
-        for part in boundary.parts
-        if part not in named
-    ]
-    return body.model_copy(update={"boundary": tuple(conditions)})
+    free = (Number("traction", 0.0),) * boundary.components
+    conditions += [Traction(part, free) for part in boundary.parts if part not in named]
+    return replace(body, boundary=tuple(conditions))

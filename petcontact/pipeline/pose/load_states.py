@@ -25,17 +25,16 @@ from ...errors import InputError
 from ...fields.interior import InteriorField
 from ...geometry.rotation import lifted
 from ...geometry.superelement import CondensedSurface
+from ...given.bodies import Body
+from ...given.conditions import Condition, Displacement, Symmetry, Term
 from ...given.sites import Sites
-from ...given.values import as_given
 from ...mesh.approximation import Function, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.loaded_body import LoadedBody
-from ...model.problem import Body, Displacement, Periodic, Symmetry, Traction
 from ...round_off import WRITTEN
 
 
 def boundary_data(
-    loaded: LoadedBody,
+    body: Body,
     mesh: BoundaryMesh,
     interfaces: Sequence[Interface],
     step: int = 1,
@@ -50,27 +49,23 @@ def boundary_data(
     InputError
         If data are not finite, or have another number of components than the body has dimensions.
     """
-    body, conditions = loaded.body, loaded.conditions
     d = mesh.components
-    frame, traction_known, contact, axes = _components(loaded, mesh, interfaces, step)
-    value = np.zeros((len(conditions) + 1, mesh.n_nodes, d))
-    points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, mesh.dim), body, mesh)
+    frame, traction_known, contact, axes = _components(body, mesh, interfaces, step)
+    value = np.zeros((len(body.conditions) + 1, mesh.n_nodes, d))
+    points = _inside(np.array(body.points).reshape(-1, mesh.dim), body, mesh)
     forces = [np.zeros((len(points), d))]
-    for state in loaded.forces:
+    for state in body.forces:
         forces.append(np.array([f.force for f in state]).reshape(-1, d))
     cache: dict[str, tuple[Any, Array]] = {}
-    for s, of_step in enumerate(conditions, 1):
+    for s, of_step in enumerate(body.conditions, 1):
         for part, condition in of_step.items():
             nodes = mesh.nodes_of(part)
             if part not in cache or cache[part][0] is not condition:
-                cache[part] = (
-                    condition,
-                    _given(condition, mesh, part, f"body {body.name!r}: {part}"),
-                )
+                cache[part] = condition, _nodal_values(condition, mesh, f"body {body.name!r}")
             value[s, nodes] = cache[part][1]
     directions = axes[:, : directions_looked_for(d, interfaces)]
     for face in interfaces if directions.shape[1] < d else ():
-        if face.body == loaded.number:
+        if face.body == body.number:
             value[:, face.nodes, axes[np.searchsorted(contact, face.nodes), -1]] = face.gap
     return without_rigid_motion(
         BoundaryData(frame, traction_known, value, contact, directions, points, np.array(forces)),
@@ -79,7 +74,7 @@ def boundary_data(
 
 
 def _components(
-    loaded: LoadedBody, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int
+    body: Body, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int
 ) -> tuple[Array, Mask, Index, Index]:
     """Return frames, known components and contact directions of a body in a step.
 
@@ -95,17 +90,15 @@ def _components(
         Numbers of their frames' directions in the order that contact uses. If normals are held,
         the normal comes last.
     """
-    body, n, d = loaded.body, mesh.n_nodes, mesh.components
+    n, d = mesh.n_nodes, mesh.components
     frame, traction_known = (
         np.broadcast_to(np.eye(d), (n, d, d)).copy(),
         np.ones((n, d), dtype=bool),
     )
-    for part, condition in loaded.conditions[step - 1].items():
+    for part, condition in body.conditions[step - 1].items():
         if isinstance(condition, Displacement):
             check_components(f"body {body.name!r}: {part}.value", condition.value, d)
-            traction_known[mesh.nodes_of(part)] = [
-                component == "free" for component in condition.value
-            ]
+            traction_known[mesh.nodes_of(part)] = condition.free
         elif isinstance(condition, Symmetry):
             nodes = mesh.nodes_of(part)
             if np.ptp(mesh.normal[nodes], axis=0).max() > WRITTEN:
@@ -115,7 +108,7 @@ def _components(
                 )
             frame[nodes], axes = contact_frames(mesh, nodes)
             traction_known[nodes, axes[:, -1]] = False
-    contact = contact_nodes(interfaces, loaded.number)
+    contact = contact_nodes(interfaces, body.number)
     axes = np.broadcast_to(np.arange(d), (len(contact), d))
     if len(contact) and directions_looked_for(d, interfaces) < d:
         frame[contact], axes = contact_frames(mesh, contact)
@@ -144,7 +137,7 @@ def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
 
 
 def later_data(
-    bodies: Sequence[LoadedBody],
+    bodies: Sequence[Body],
     meshes: Sequence[BoundaryMesh],
     interfaces: Sequence[Interface],
     step: int,
@@ -156,14 +149,14 @@ def later_data(
     It is None if the step holds and frees no component.
     """
     new = [
-        _data_from(loaded, meshes[b], interfaces, step, old[b], ends[b])
-        for b, loaded in enumerate(bodies)
+        _data_from(body, meshes[b], interfaces, step, old[b], ends[b])
+        for b, body in enumerate(bodies)
     ]
     return None if all(data is old_data for data, old_data in zip(new, old, strict=True)) else new
 
 
 def _data_from(
-    loaded: LoadedBody,
+    body: Body,
     mesh: BoundaryMesh,
     interfaces: Sequence[Interface],
     step: int,
@@ -176,9 +169,9 @@ def _data_from(
     held starts from its displacement. A component that was held and is now free starts from its
     traction.
     """
-    if np.array_equal(_components(loaded, mesh, interfaces, step)[1], old.traction_known):
+    if np.array_equal(_components(body, mesh, interfaces, step)[1], old.traction_known):
         return old
-    new = boundary_data(loaded, mesh, interfaces, step)
+    new = boundary_data(body, mesh, interfaces, step)
     u, traction = (np.einsum("icj,ij->ic", new.frame, field) for field in end)
     start = np.where(new.traction_known, traction, u)
     start[new.contact_nodes[:, None], new.contact_directions] = 0.0
@@ -233,76 +226,40 @@ def check_held(data: BoundaryData, mesh: BoundaryMesh) -> None:
 def check_components(key: str, value: Sequence[object] | Array, d: int) -> None:
     """Refuse a vector with another number of components than the body has dimensions."""
     if len(value) != d:
-        given = ", ".join(str(each) for each in value)
+        given = ", ".join("free" if each is None else str(each) for each in value)
         raise InputError(
             f"{key}: the body has {d} dimensions, got {len(value)} components, [{given}]; "
             "a comma is between two of them, a decimal has a point"
         )
 
 
-def _given(
-    condition: Displacement | Traction | Symmetry | Periodic,
-    mesh: BoundaryMesh,
-    part: str,
-    key: str,
-) -> Array:
+def _nodal_values(condition: Condition, mesh: BoundaryMesh, name: str) -> Array:
     """Return the values of a condition at the nodes of its part, (m, d)."""
-    nodes = mesh.nodes_of(part)
+    nodes = mesh.nodes_of(condition.part)
     result = np.zeros((len(nodes), mesh.components))
     normal = lifted(mesh.normal[nodes], mesh.components)
-    for term in () if isinstance(condition, Symmetry | Periodic) else condition.apart:
-        if isinstance(term, Displacement) or term.pressure is None:
-            check_components(f"{key}.value", term.value or (), mesh.components)
-        nodal = given_values(term, mesh.sites(nodes), normal, key)
-        function = known_function(term, mesh, key)
+    for term in condition.terms:
+        if not term.is_pressure:
+            check_components(f"{name}: {condition.part}.value", term.data, mesh.components)
+        nodal = term.at(mesh.sites(nodes), normal)
+        function = known_function(term, mesh)
         if function is not None:
-            nodal = approximated(sampled(mesh, part, function, term), nodes, nodal)
+            samples = sampled(mesh, condition.part, function, term)
+            nodal = approximated(samples, nodes, nodal)
         result += nodal
     return result
 
 
-def known_function(
-    condition: Displacement | Traction, mesh: BoundaryMesh, key: str
-) -> Function | None:
-    """Return a condition's values as a function of the place on its part, 0 where not finite.
+def known_function(term: Term, mesh: BoundaryMesh) -> Function | None:
+    """Return the values of a term as a function of the place on its part, 0 where not finite.
 
     It is None if all values are numbers, or known at nodes only.
     """
-    of_pressure = isinstance(condition, Traction) and condition.pressure is not None
-    pressure = condition.pressure if of_pressure else None  # type: ignore[union-attr]
-    given = (pressure,) if of_pressure else condition.value or ()
-    if any(isinstance(value, tuple) for value in given) or not any(
-        callable(value) or (isinstance(value, str) and value != "free") for value in given
-    ):
+    if not term.varies:
         return None
 
     def function(element: Index, local: Array, x: Array, normal: Array) -> Array:
         sites = Sites(x, normal, mesh.arc_lengths(element, local))
-        return given_values(condition, sites, lifted(normal, mesh.components), key, strict=False)
+        return term.near(sites, lifted(normal, mesh.components))
 
     return function
-
-
-def given_values(
-    condition: Displacement | Traction,
-    sites: Sites,
-    normal: Array,
-    key: str,
-    *,
-    strict: bool = True,
-) -> Array:
-    """Return the values (q, d) of a condition at sites with lifted normals (q, d)."""
-
-    def at(source: Any, name: str) -> Array:
-        datum = as_given(source, f"{key}.{name}")
-        return datum.at(sites) if strict else datum.near(sites)
-
-    if isinstance(condition, Traction) and condition.pressure is not None:
-        return -at(condition.pressure, "pressure")[:, None] * normal
-    columns = [
-        np.zeros(len(sites))
-        if component == "free" and isinstance(condition, Displacement)
-        else at(component, f"value[{c}]")
-        for c, component in enumerate(condition.value or ())
-    ]
-    return np.column_stack(columns)

@@ -38,7 +38,7 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
         return
     prepared, posed = (
         _rigid(discrete, comm),
-        (discrete.problem.loaded, discrete.meshes, discrete.interfaces),
+        (discrete.problem.bodies, discrete.meshes, discrete.interfaces),
     )
     for number, step in enumerate(prepared.steps, 1):
         data = later_data(

@@ -310,5 +310,5 @@ def data_from(
     if not before:
         return None
     ends = [before[-1].bodies[body.name] for body in discrete.problem.body]
-    posed = discrete.problem.loaded, discrete.meshes, discrete.interfaces
+    posed = discrete.problem.bodies, discrete.meshes, discrete.interfaces
     return later_data(*posed, number, discrete.data, [(end.u, end.traction) for end in ends])

@@ -12,15 +12,15 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.same_place import TOLERANCE, distinct
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, face_axes
+from ...given.bodies import Body
 from ...given.features import kinks, uniform
 from ...given.sites import Sites
-from ...given.values import Given, as_given
+from ...given.values import Given
 from ...mesh.pairs.box_faces import grid_lines, mesh_of_lines
 from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.problem import Body
 from ...round_off import SOLVED
-from ..known_data import gap_edges, given_data
+from ..known_data import gap_edges, rough_data
 from .tail import FADE
 
 MOST_LINES = 16
@@ -70,8 +70,8 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
     result, names = [np.empty(0) for _ in range(12)], list(BOX_PARTS)
     for condition in body.boundary:
         number = names.index(condition.part)
-        sources = itertools.chain.from_iterable(values for _, values, _ in given_data(condition))
-        data = [as_given(source, condition.part) for source in sources]
+        terms = (term.given for _, term in rough_data(condition))
+        data = itertools.chain.from_iterable(terms)
         varying = [datum for datum in data if datum.varies and datum.everywhere]
         for k, datum in itertools.product((0, 1), varying):
             fractions = _across(datum, box, condition.part, k)

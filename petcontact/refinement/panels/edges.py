@@ -13,9 +13,9 @@ import math
 import numpy as np
 
 from ...arrays import Array, Index
+from ...given.bodies import Body
 from ...linalg.nearest import within
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.problem import Body
 from ..corner_exponents import CLAMPED, corner_exponent, shear_exponent
 from ..singular_points import kinds_of
 
@@ -45,8 +45,8 @@ def edge_exponent(mesh: SurfaceMesh, body: Body) -> float:
     ...     "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 1.0},
     ...     "geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]},
     ...     "boundary": [{"part": "top", "condition": "displacement", "value": [0, 0, 0]}]})
-    >>> body = problem.body[0]
-    >>> round(edge_exponent(mesh_of(body, body.geometry.outline()), body), 3)
+    >>> body = problem.bodies[0]
+    >>> round(edge_exponent(mesh_of(body, problem.outline()), body), 3)
     0.711
     """
     conditions = {condition.part: condition for condition in body.boundary}

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...model.bodies import Traction
+from ...given.conditions import Traction
 from ...model.summary import condition_text, law_text
 from ...runtime.figure_style import COLOURS, plain, wrapped
 from ..data import SolutionData
@@ -51,11 +51,11 @@ def parts_of(solution: SolutionData) -> list[LabelledPart]:
     problem, labelled = solution.problem, dict[tuple[str, str], LabelledPart]()
     names = [body.name for body in problem.body]
     for number, (name, mesh) in enumerate(solution.meshes.items()):
-        conditions = problem.loaded[number].conditions[solution.last.step - 1]
+        conditions = problem.bodies[number].conditions[solution.last.step - 1]
         for part in mesh.part_names:
             condition = conditions.get(part)
             kind = _kind(condition, solution.bodies[name].traction[mesh.nodes_of(part)])
-            text = "" if kind == "free" else condition_text(condition)
+            text = "" if kind == "free" or condition is None else condition_text(condition)
             labelled[name, part] = LabelledPart(name, part, kind, text)
     for side in problem.interfaces:
         for number, part in () if side.periodic else side.ends:

@@ -12,8 +12,8 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import MOTIONS
+from ...given.conditions import Displacement, Symmetry, Traction
 from ...mesh.curve_mesh import CurveMesh, as_curve
-from ...model.bodies import Displacement, Symmetry, Traction
 from ...runtime.figure_style import COLOURS, new_label
 from ..data import SolutionData
 from ..records import ObstacleResult
@@ -106,7 +106,7 @@ def draw_supports(axes: Any, solution: SolutionData, view: View) -> None:
     for side in _sides(solution, view):
         condition = side.condition
         if isinstance(condition, Symmetry) or (
-            isinstance(condition, Displacement) and "free" in condition.value
+            isinstance(condition, Displacement) and any(condition.free)
         ):
             start = 0.5 * high * side.normal
             rollers = spread(side.x, size / ARROWS)
@@ -121,7 +121,7 @@ def draw_supports(axes: Any, solution: SolutionData, view: View) -> None:
             )
             axes.plot(*(side.x + 2.0 * start).T, color=EDGE, lw=1.0)
         elif isinstance(condition, Displacement):
-            still = all(value == 0.0 for value in condition.value)
+            still = all(datum is None or datum.is_zero for datum in condition.value)
             far = side.x + high * side.normal
             _band(axes, side.x, far, "held" if still else "moved")
 
@@ -212,7 +212,7 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
     """The stretches of all parts that have a condition at the end."""
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         found, curve = solution.bodies[name], as_curve(mesh)
-        conditions = solution.problem.loaded[number].conditions[solution.last.step - 1]
+        conditions = solution.problem.bodies[number].conditions[solution.last.step - 1]
         for part, condition in conditions.items():
             for elements in stretches(curve, part):
                 rows = np.repeat(elements, len(WITHIN))

@@ -27,8 +27,8 @@ def body_of(geometry, *boundary, ratio=0.3, **mesh):
         "boundary": boundary,
         "mesh": {"order": 1, **mesh},
     }
-    (body,) = parse(Problem, one, "a body").body
-    return body, mesh_of(body, body.geometry.outline())
+    posed = parse(Problem, one, "a body")
+    return posed.bodies[0], mesh_of(posed.bodies[0], posed.outline())
 
 
 def turned(top):
