@@ -32,7 +32,7 @@ from .steps.cycles import wear_history
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
-from .steps.path import with_paths
+from .steps.path import GROWTH, WANTED, divided_load, with_fewer, with_paths
 from .steps.start import finished_before, first_iterate
 
 
@@ -118,9 +118,26 @@ def run(
     return with_report(problem, unreported(problem, monitor, checked=checked))
 
 
-def with_report(problem: PreparedProblem, solution: Solution) -> Solution:
-    """A solution of a prepared problem with all that is to be said of it."""
-    return with_paths(problem, reported(problem, solution), None)
+def with_report(
+    problem: PreparedProblem, solution: Solution, wanted: float | None = None
+) -> Solution:
+    """A solution of a prepared problem with all that is to be said of it.
+
+    Steps that name no increments are solved again in `GROWTH` times as many, while the error of the
+    path exceeds the wanted one. The solution before is the other path then.
+    """
+    solution = with_paths(problem, reported(problem, solution), wanted)
+    apart, taken = 0.0, GROWTH
+    while solution.accuracy.path > (wanted or WANTED):
+        if (finer := divided_load(problem, solution, taken)) is None:
+            break
+        again = unreported(finer, None)
+        if not again.converged:
+            break
+        again = reported(finer, again)
+        solution, apart = with_fewer(finer, again, solution, apart, wanted)
+        taken *= GROWTH
+    return solution
 
 
 def unreported(

@@ -40,9 +40,6 @@ STATES: dict[str, Callable[[PairResult], Array]] = {
     "slipping": lambda pair: pair.state == SLIP,
 }
 """Of a pair, at its nodes: whether they are in the area of that name."""
-PATH_LEFT = 1.0 + 2.0**0.5
-"""Error of a number on a path over its difference from the next one [-]. Errors fall like √h of the
-increments h at least, where two are joined."""
 
 
 def with_errors(solution: Evaluated) -> list[Number]:
@@ -68,13 +65,15 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
         there = {number.key: number for number in numbers_of(other, peaks=False)}
         ends = {(step.step, step.cycle) for step in other.steps}
         stresses = stresses_near(last, [each for each in numbers if each.key[2:] in ends])
+        # errors fall like √h of the increments h at least; of two increments one is made
+        left = 1.0 / (max(2.0, len(last.steps) / len(other.steps)) ** 0.5 - 1.0)
         for key, error in errors.items():
             number = now[key]
             if not np.isinf(number.error):
                 change = np.nan
                 if key[2:] in ends:
                     change = _path_change(last, other, number, there, stresses)
-                errors[key] = error + PATH_LEFT * change
+                errors[key] = error + left * change
         now, last = now | there, other
     return {
         number.key: float(np.maximum(errors[number.key], _of_increments(number)))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from shapes import drawn, elastic, moved, problem, rectangle, touching
 
 from petcontact import MeshOptions, solve
+from petcontact.pipeline import run
 from petcontact.pipeline.adapt import loop
 
 pytestmark = pytest.mark.usefixtures("unsampled")
@@ -104,3 +106,22 @@ def test_what_moves_before_bodies_touch_is_no_slip():
 @pytest.mark.parametrize(("gap", "friction"), [(0.0, 0.3), ("x**2/8", None)])
 def test_flat_faces_and_those_without_friction_need_one(gap, friction):
     assert warned(pressed(gap, None, friction)) == []
+
+
+def test_a_contact_that_grows_from_nothing_takes_increments_until_q_is_known():
+    """q of a roller that is pressed, without and with named increments, against 128 that grow with
+    the contact (as (k/n)² of the load). One increment leaves 5 % of p."""
+    posed = pressed("x**2/8", None)
+    (result,), pair = posed.paths, posed.pairs["pair"]
+    assert len(posed.steps) > len(result.steps) and posed.accuracy.path < 1e-2 and not warned(posed)
+    prepared = run.prepare(posed.problem)
+    try:
+        finest = replace(prepared, factors={1: [(k / 128) ** 2 for k in range(1, 129)]})
+        exact = run.unreported(finest, None).pairs["pair"]
+    finally:
+        prepared.close()
+    off, p = (
+        float(np.linalg.norm(pair.weight[:, None] ** 0.5 * values))
+        for values in (pair.sigma_t - exact.sigma_t, exact.pressure[:, None])
+    )
+    assert off < posed.accuracy.path * p

@@ -28,9 +28,8 @@ from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
 from ..pose.interfaces import check_parts
-from ..run import prepare, reported, run, unreported
+from ..run import prepare, reported, run, with_report
 from ..steps.increment import Monitor, PreparedProblem
-from ..steps.path import divided_load, with_paths
 from ..steps.start import NAMES
 from .budget import Reached, says_something, short_of
 from .difference import apart_on_one_mesh
@@ -153,13 +152,13 @@ class AdaptiveSolve:
         """Return the solution on the last mesh, with its full report."""
         problem, solution = self.solver.kept, self.solutions[-1]
         if problem is not None:
-            solution = solution if solution.provenance.versions else reported(problem, solution)
             first, wanted = self.solutions[0].meshes, self.strategy.wanted
             if self.broken_off:  # a user who ends a solve does not wait
+                solution = reported(problem, solution)
                 accuracy = replace(solution.accuracy, path=math.nan)
                 solution = replace(solution, accuracy=accuracy)
             else:
-                solution = _with_path(problem, solution, wanted)
+                solution = with_report(problem, solution, wanted)
             missed = missed_curves(problem.discrete, solution, first, wanted)
             solution = solution.with_findings(missed)
         steps = {"step": solution.problem.step}
@@ -177,21 +176,6 @@ class AdaptiveSolve:
                 solution, accuracy=record, status="not converged", reason=f"{ENDED} {number}"
             )
             self._reached(Reached(number, nodes, error, seconds, ended))
-
-
-def _with_path(problem: PreparedProblem, solution: Solution, wanted: float) -> Solution:
-    """Add to a solution the error of its path.
-
-    A load without increments is solved again in more of them while that error exceeds the wanted
-    one.
-    """
-    solution = with_paths(problem, solution, wanted)
-    while (followed := divided_load(problem, solution, wanted)) is not None:
-        again = unreported(followed, None)
-        if not again.converged:
-            break
-        solution = with_paths(followed, reported(followed, again), wanted)
-    return solution
 
 
 def adapt(

@@ -29,13 +29,21 @@ from .halves import PATH_ERROR, touching
 from .increment import PreparedProblem
 from .load_steps import MOST_NODES, increments, state_after, whole_step
 
-UNNAMED = 16
-"""Largest number of increments of the steps that name none, together. The number is chosen for its
-cost; what is left of the error is reported."""
+UNNAMED = 64
+"""Largest number of increments of the steps that name none, together. 16 leave 1.4 % of p in q of
+an unlike disc between plates and of a heated ball, 64 leave 0.1 and 0.3 % (against 128); the whole
+solve then takes 1.5 to 2.5 times the processor time of one increment."""
+WANTED = 1e-2
+"""Error of the path up to which steps that name no increments are divided where no accuracy is
+given: the default accuracy of p and q on adaptive meshes."""
 GROWTH = 4
 """Parts of the first increment of a contact that grows from nothing, on another path. With three,
 which also begin with a sixteenth of the load, 22 of 1625 numbers were off by more than they say; 8
 are with four (scripts/verify_paths --seed 1)."""
+LEAST_RATE = 1.25
+"""Least factor by which differences of paths are taken to fall where each has `GROWTH` times as many
+increments as the one before; √`GROWTH` where only one difference is known. Between curved surfaces
+they fall by 2.7 to 4.7 (disc between plates, heated ball; 4, 16 and 64 increments)."""
 ADVICE = (
     "take more [[step]] increments{}, and in cycles a smaller jump; loads that really come one "
     "after the other need a [[step]] each, which is another path"
@@ -58,6 +66,29 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
         paths = None if costly else _other_paths(problem, solution, number)
     solution = replace(solution, paths=paths or ())
     error, text = (np.nan, "") if paths is None else _largest(problem, solution, number)
+    return _with_error(problem, solution, error / (1.0 - 1.0 / GROWTH), text, wanted)
+
+
+def with_fewer(
+    problem: PreparedProblem, solution: Solution, fewer: Solution, last: float, wanted: float | None
+) -> tuple[Solution, float]:
+    """Add to a solution one with fewer increments as its other path, and the error of its own path.
+
+    The error follows from what both differ by, and from the rate at which these differences fall:
+    `last` is the one before, 0 where there is none. Also return what both differ by.
+    """
+    solution = replace(solution, paths=(replace(fewer, paths=()),))
+    if (number := _first_that_matters(problem, solution)) is None:
+        return solution, 0.0
+    apart, text = _largest(problem, solution, number)
+    rate = np.clip(last / apart, LEAST_RATE, GROWTH) if last * apart else GROWTH**0.5
+    return _with_error(problem, solution, float(apart / (rate - 1.0)), text, wanted), apart
+
+
+def _with_error(
+    problem: PreparedProblem, solution: Solution, error: float, text: str, wanted: float | None
+) -> Solution:
+    """Add the error of its path to a solution, and a finding where it exceeds the wanted one."""
     limit = wanted or limit_of("path")
     auto = any(step.increments == "auto" for step in problem.steps)
     advice = ADVICE.format("" if auto else ', or "auto"')
@@ -67,29 +98,23 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
 
 
 def divided_load(
-    problem: PreparedProblem, solution: Solution, wanted: float
+    problem: PreparedProblem, solution: Solution, count: int
 ) -> PreparedProblem | None:
-    """Return the problem with its steps in increments, where the error of the path exceeds the
-    wanted one; else None.
+    """Return the problem with `count` increments in each step that names none, or None where they
+    would be more than `UNNAMED` together.
 
-    They are steps whose `increments` is not named, from the first that depends on the path on. The
-    increments are as many as leave the wanted error where it falls like h, and at most `UNNAMED`
-    together: many steps are a path of their own. If they are not more than before, the return is
-    None.
+    They are steps from the first that depends on the path on.
     """
-    posed, error = problem.discrete.problem, solution.accuracy.path
+    posed = problem.discrete.problem
     first = _first_that_matters(problem, solution)
-    if first is None or posed.method.start not in ("zero", "frictionless") or not error > wanted:
+    if first is None or posed.method.start not in ("zero", "frictionless"):
         return None
     divided = {
         number
         for number, step in enumerate(problem.steps, 1)
         if number >= first and "increments" not in step.model_fields_set
     }
-    taken = [result.step for result in solution.steps if result.cycle <= 1]
-    each = max((taken.count(number) for number in divided), default=UNNAMED)
-    count = int(min(np.ceil(each * error / wanted), UNNAMED // max(1, len(divided))))
-    if count <= each:
+    if not divided or count * len(divided) > UNNAMED:
         return None
     factors = {
         step: _growing(begun, 1.0, count)
@@ -273,11 +298,10 @@ def _jumps(cycles: list[float]) -> tuple[list[float], list[float]]:
 
 
 def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tuple[float, str]:
-    """Return the error of the path at the end of a step, and a sentence about it.
+    """Return what the paths differ by at the end of a step, and a sentence about it.
 
-    It is the error of q, or of p and q where the contact wears, over p in L2. A divided first
-    increment leaves a `GROWTH`-th of its error, and joined increments have theirs at least twice.
-    The sentence names the two paths that differ most.
+    It is the difference of q, or of p and q where the contact wears, over p in L2, summed over the
+    paths. The sentence names the two paths that differ most.
     """
     wears, sigma = problem.discrete.wear.any(), state_after(problem, [end]).sigma
     (q, p), error, differences = _sizes(problem, sigma), 0.0, list[tuple[float, str]]()
@@ -291,7 +315,7 @@ def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tu
             f"and {_count(other, end)} {'jumps' if end.cycle > 1 else 'increments'}"
         )
         differences.append((apart, text))
-        error += apart / (p or 1.0) / (1.0 - 1.0 / GROWTH)
+        error += apart / (p or 1.0)
     where = f"step {end.name!r}" if problem.discrete.problem.step else "the load"
     return error, f"{where} depends on the path: {max(differences)[1]}"
 
