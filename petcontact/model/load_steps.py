@@ -247,7 +247,7 @@ class Step(Model):
         Name of the step, for verdict, files and figures.
     increments : int or "auto"
         Equal increments; "auto" begins with one and halves where the solver fails or the path error
-        is too large. Steps that do not name it take up to 16 together in an adaptive solve, if the
+        is too large. Steps that do not name it take 4, 16 or 64, together at most 64, if the
         error of the path would exceed the wanted accuracy; they grow with a contact that begins.
     boundary, obstacle, point_force, loads : lists
         What changes; the rest keeps the values it has at the end of the step before.

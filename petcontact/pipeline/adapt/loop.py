@@ -29,7 +29,7 @@ from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
 from ..pose.interfaces import check_parts
 from ..run import prepare, reported, run, with_report
-from ..steps.increment import Monitor, PreparedProblem
+from ..steps.increment import Monitor
 from ..steps.start import NAMES
 from .budget import Reached, says_something, short_of
 from .difference import apart_on_one_mesh

@@ -41,9 +41,9 @@ GROWTH = 4
 which also begin with a sixteenth of the load, 22 of 1625 numbers were off by more than they say; 8
 are with four (scripts/verify_paths --seed 1)."""
 LEAST_RATE = 1.25
-"""Least factor by which differences of paths are taken to fall where each has `GROWTH` times as many
-increments as the one before; √`GROWTH` where only one difference is known. Between curved surfaces
-they fall by 2.7 to 4.7 (disc between plates, heated ball; 4, 16 and 64 increments)."""
+"""Least factor by which differences of paths are taken to fall where each path has `GROWTH` times
+the increments of the one before; √`GROWTH` where only one difference is known. Between curved
+surfaces they fall by 2.7 to 4.7 (disc between plates, heated ball; 4, 16 and 64 increments)."""
 ADVICE = (
     "take more [[step]] increments{}, and in cycles a smaller jump; loads that really come one "
     "after the other need a [[step]] each, which is another path"
