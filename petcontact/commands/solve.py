@@ -72,21 +72,24 @@ add_arguments = options(
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
+    from ..model import case as config
+    from ..runtime.petsc import is_launched
     from ..runtime.world import world
 
     if arguments.no_figures and arguments.figures:
         raise InputError("--figures: --no-figures draws nothing; give one of them")
-    comm = world(petsc_words)
+    # one process refuses a config before PETSc starts; of several, PETSc tells who speaks
+    comm = world(petsc_words) if is_launched() else None
+    case = config.load(arguments.config, overrides(arguments.set))
+    comm = comm or world(petsc_words)
     with unused_reported(comm.getRank() == 0):
-        return _run(arguments, comm)
+        return _run(arguments, case, comm)
 
 
-def _run(arguments: argparse.Namespace, comm: Any) -> int:
-    from ..model import case as config
+def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
     from ..runtime.terminal import StatusLine, say
 
     first = comm.getRank() == 0
-    case = config.load(arguments.config, overrides(arguments.set))
     output, pictures = _targets(arguments, case)
     way = solver(arguments, case)
     from ..pipeline.solve import adapts_itself, solve

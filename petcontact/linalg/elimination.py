@@ -141,6 +141,8 @@ def _groups(
 ) -> Index:
     """Return the group of each kind: kinds of different groups share no entry. Collective."""
     count = int(unknown.max(initial=0)) + 1
+    if count == 1:
+        return np.zeros(1, dtype=np.int64)
     places = [np.flatnonzero(row == kind) for kind in range(count)]
     coupled = np.zeros((count, count))
     for kind in range(count):

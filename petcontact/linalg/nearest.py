@@ -19,9 +19,16 @@ def within(points: Array, places: Array, reach: Array) -> tuple[Index, Index]:
     >>> within(points, others, np.array([2.0, 1.0]))
     (array([0, 0]), array([0, 1]))
     """
-    indices = scipy.spatial.cKDTree(points).query_ball_point(places, reach, return_sorted=True)
+    if not len(points):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    # most places are far from the box about a few points
+    low, high = points.min(axis=0), points.max(axis=0)
+    beyond = np.maximum(low - places, places - high).max(axis=1)
+    some = np.flatnonzero(beyond <= reach)
+    tree = scipy.spatial.cKDTree(points)
+    indices = tree.query_ball_point(places[some], reach[some], return_sorted=True)
     counts = np.fromiter(map(len, indices), dtype=np.int64, count=len(indices))
     number = np.fromiter(
         itertools.chain.from_iterable(indices), dtype=np.int64, count=int(counts.sum())
     )
-    return np.repeat(np.arange(len(places)), counts), number
+    return np.repeat(some, counts), number

@@ -46,6 +46,11 @@ _SINGLETON = {
 moment; no network."""
 
 
+def is_launched() -> bool:
+    """Return whether a launcher started this process, so that it may be one of several ranks."""
+    return any(map(os.environ.__contains__, _LAUNCHED))
+
+
 def initialise(argv: Sequence[str] = ()) -> None:
     """Start PETSc once, with the PETSc part of a command line.
 
@@ -140,7 +145,7 @@ def _local() -> Iterator[None]:
     a daemon. Who has set any of it keeps that."""
     ours = dict[str, str]()
     if not any(name in os.environ for name in _SINGLETON):
-        if not any(map(os.environ.__contains__, _LAUNCHED)):
+        if not is_launched():
             ours = _SINGLETON
         elif os.environ.get("OMPI_COMM_WORLD_SIZE") == os.environ.get(
             "OMPI_COMM_WORLD_LOCAL_SIZE", ""

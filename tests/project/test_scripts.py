@@ -172,6 +172,13 @@ def test_the_smallest_size_of_long_ones(script):
     assert measured(script, LONG[script])
 
 
+def test_versions_are_compared_on_configs_that_exist():
+    words = [SCRIPTS / "compare_versions", ROOT, "no_such.toml"]
+    done = call(sys.executable, *words)
+    assert done.returncode == 2
+    assert f"{ROOT}/configs has no no_such.toml" in done.stderr
+
+
 def test_every_mutation_is_one_place_in_the_source():
     table = runpy.run_path(str(SCRIPTS / "mutate"))["MUTATIONS"]
     assert len(table) >= 20
