@@ -175,8 +175,9 @@ class InteriorField:
             If a point is not finite, or lies outside the body and `outside` is missing.
         """
         points, (_, d, states) = points_in(points, self._mesh.dim), self._u.shape
-        shapes = (d, states), (d * (d + 1) // 2, states), ()
-        displacement, stress, wound = totals = [np.zeros((len(points), *each)) for each in shapes]
+        displacement, stress, wound = totals = [
+            np.zeros((len(points), *each)) for each in ((d, states), (d * (d + 1) // 2, states), ())
+        ]
         many = self._mesh.n_nodes * len(points) > ENTRIES
         groups = self._groups if many else list(pieces(self._mesh, self._mesh.n_elements))
         for number, group in enumerate(groups):
