@@ -59,7 +59,7 @@ class Motions:
         Translations along the d axes come first, then rotations about a centre. A translation that
         is no rigid motion has zeros.
         """
-        held = np.isin(np.arange(self.dim), self.along)
+        held = np.array([axis in self.along for axis in range(self.dim)])
         away = lifted(x, self.dim) - held * lifted(np.zeros(x.shape[1]) + centre, self.dim)
         result = np.zeros((*away.shape, self.components))
         result[:, self.along, self.along] = 1.0

@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, even_bounds
+from ..arrays import Array
 
 Range = tuple[int, int]
 
 
 def even_ranges(count: int, size: int) -> list[Range]:
     """PETSc's own split of `count` rows over `size` ranks: the first ones have one more."""
-    return list(itertools.pairwise(even_bounds(count, size).tolist()))
+    each, more = divmod(count, size)
+    return list(itertools.pairwise(rank * each + min(rank, more) for rank in range(size + 1)))
 
 
 def everywhere(local: Array, comm: Any) -> Array:

@@ -135,7 +135,9 @@ class BoundaryMesh(abc.ABC):
 
     def elements_of(self, *parts: str) -> Index:
         """Return the numbers of the elements of parts, increasing."""
-        return np.flatnonzero(np.isin(self.part, [self.part_names.index(part) for part in parts]))
+        chosen = np.zeros(len(self.part_names), dtype=bool)
+        chosen[[self.part_names.index(part) for part in parts]] = True
+        return np.flatnonzero(chosen[self.part])
 
     def nodes_of(self, part: str) -> Index:
         """Return the numbers of the nodes of a part, increasing."""

@@ -13,11 +13,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
+from ..linalg.nearest import within
 from .curve_building import build_mesh
 from .curve_mesh import CurveMesh
 from .grading import LARGEST_MESH, at_ends, cut_equally, largest_turn, turn
@@ -40,8 +40,6 @@ meet."""
 
 
 Resolve = Callable[[int, Array, Index], tuple[Array, Index]]
-CHUNK = 2048
-"""Number of elements whose distances from other sides are searched at once, to limit memory."""
 
 
 @dataclass(frozen=True)
@@ -140,9 +138,13 @@ def _cut_near(
 
     They are at most `near` times as long as far from other sides, and `most` of their side.
     """
-    before, limits, nodes = sum(map(len, orders)), _distance_limits(outline, breaks), 0.0
+    before, nodes = sum(map(len, orders)), 0.0
+    lengths = [np.diff(b) * side.length for b, side in zip(breaks, outline.sides, strict=True)]
+    # what is farther away cuts no element
+    reach = [np.minimum(length, top) / near for length, top in zip(lengths, most, strict=True)]
+    limits = _distance_limits(outline, breaks, reach)
     for k, (side, ends) in enumerate(zip(outline.sides, at_ends(outline, _spread), strict=True)):
-        length = np.diff(breaks[k]) * side.length
+        length = lengths[k]
         middles = 0.5 * (breaks[k][1:] + breaks[k][:-1]) * side.length
         apart = limits[k]
         if room == 1.0:  # an element at a tip is as long over its depth however short it is
@@ -261,40 +263,18 @@ def _spread(before: Side, after: Side) -> float:
     return math.sin(between) if between > 0.0 and math.cos(between) < OPPOSITE else math.inf
 
 
-def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
-    """Return the distances (n,) of the middles of elements from sides that do not meet their own
-    [length]."""
-    sides = outline.sides
+def _distance_limits(outline: Outline, breaks: list[Array], reach: list[Array]) -> list[Array]:
+    """Return the distances (n,) of the middles of elements from sides that do not meet their own,
+    infinite beyond the reach (n,) of each [length]."""
+    sides, (before, after) = outline.sides, outline.neighbours
     middles = [side.point(0.5 * (b[1:] + b[:-1])) for side, b in zip(sides, breaks, strict=True)]
     ends = [side.point(b) for side, b in zip(sides, breaks, strict=True)]
-    counts, numbers = [len(points) for points in middles], np.arange(len(sides))
-    cloud, side = np.concatenate([*middles, *ends]), np.repeat(numbers, counts)
-    owner = np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
-    limits = _to_other_sides(cloud, side, owner, *outline.neighbours)
-    return np.split(limits, np.cumsum(counts)[:-1])
-
-
-def _to_other_sides(cloud: Array, side: Index, owner: Index, before: Index, after: Index) -> Array:
-    """Return distances of the first points of a cloud from points of other sides [length].
-
-    Points of the own side and of its two neighbours do not count. `owner` has the side of each
-    point.
-    """
-    points = cloud[: len(side)]
-    tree, limits = scipy.spatial.cKDTree(cloud), np.full(len(points), np.inf)
-    # most points next to an element are of its own side and of those next to it: look further until
-    # one is of another
-    for first in range(0, len(points), CHUNK):
-        left, k = np.arange(first, min(first + CHUNK, len(points))), 16
-        while len(left):
-            k = min(4 * k, len(cloud))
-            near = tree.query(points[left], k=k)[1].reshape(len(left), k)
-            own = side[left][:, None]
-            is_far = (
-                (owner[near] != own) & (owner[near] != before[own]) & (owner[near] != after[own])
-            )
-            seen = is_far.any(axis=1)
-            away = points[left[seen]] - cloud[near[seen, np.argmax(is_far[seen], axis=1)]]
-            limits[left[seen]] = np.sqrt(np.sum(away**2, axis=1))
-            left = left[~seen] if k < len(cloud) else left[:0]
-    return limits
+    counts = [len(points) for points in (*middles, *ends)]
+    cloud, owner = np.concatenate([*middles, *ends]), np.repeat([*range(len(sides))] * 2, counts)
+    number, near = within(cloud, np.concatenate(middles), np.concatenate(reach))
+    own, other = owner[number], owner[near]
+    far = (other != own) & (other != before[own]) & (other != after[own])
+    limits = np.full(sum(counts[: len(sides)]), np.inf)
+    away = np.linalg.norm(cloud[number[far]] - cloud[near[far]], axis=1)
+    np.minimum.at(limits, number[far], away)
+    return np.split(limits, np.cumsum(counts[: len(sides) - 1]))

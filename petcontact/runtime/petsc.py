@@ -6,6 +6,7 @@ PETSc and MPI start with the first solve, or operators: to read or draw results 
 from __future__ import annotations
 
 import contextlib
+import functools
 import itertools
 import os
 import sys
@@ -185,9 +186,7 @@ def petsc() -> Any:
     """The petsc4py.PETSc module, initialised."""
     if "petsc4py.PETSc" not in sys.modules:
         initialise()
-    from petsc4py import PETSc
-
-    return PETSc
+    return sys.modules["petsc4py.PETSc"]
 
 
 @contextlib.contextmanager
@@ -255,6 +254,7 @@ def petsc_version() -> str:
     return "" if module is None else ".".join(map(str, module.Sys.getVersion()))
 
 
+@functools.cache
 def reason_name(reason: int) -> str:
     """PETSc's own name of a KSP reason, for example ``DIVERGED_BREAKDOWN``."""
     table = petsc().KSP.ConvergedReason
