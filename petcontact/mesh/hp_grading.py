@@ -139,12 +139,9 @@ def _cut_near(
     They are at most `near` times as long as far from other sides, and `most` of their side.
     """
     before, nodes = sum(map(len, orders)), 0.0
-    lengths = [np.diff(b) * side.length for b, side in zip(breaks, outline.sides, strict=True)]
-    # what is farther away cuts no element
-    reach = [np.minimum(length, top) / near for length, top in zip(lengths, most, strict=True)]
-    limits = _distance_limits(outline, breaks, reach)
+    limits = _distance_limits(outline, breaks, near, most)
     for k, (side, ends) in enumerate(zip(outline.sides, at_ends(outline, _spread), strict=True)):
-        length = lengths[k]
+        length = np.diff(breaks[k]) * side.length
         middles = 0.5 * (breaks[k][1:] + breaks[k][:-1]) * side.length
         apart = limits[k]
         if room == 1.0:  # an element at a tip is as long over its depth however short it is
@@ -263,18 +260,24 @@ def _spread(before: Side, after: Side) -> float:
     return math.sin(between) if between > 0.0 and math.cos(between) < OPPOSITE else math.inf
 
 
-def _distance_limits(outline: Outline, breaks: list[Array], reach: list[Array]) -> list[Array]:
+def _distance_limits(
+    outline: Outline, breaks: list[Array], near: float, most: list[float]
+) -> list[Array]:
     """Return the distances (n,) of the middles of elements from sides that do not meet their own,
-    infinite beyond the reach (n,) of each [length]."""
-    sides, (before, after) = outline.sides, outline.neighbours
-    middles = [side.point(0.5 * (b[1:] + b[:-1])) for side, b in zip(sides, breaks, strict=True)]
-    ends = [side.point(b) for side, b in zip(sides, breaks, strict=True)]
-    counts = [len(points) for points in (*middles, *ends)]
-    cloud, owner = np.concatenate([*middles, *ends]), np.repeat([*range(len(sides))] * 2, counts)
-    number, near = within(cloud, np.concatenate(middles), np.concatenate(reach))
-    own, other = owner[number], owner[near]
-    far = (other != own) & (other != before[own]) & (other != after[own])
-    limits = np.full(sum(counts[: len(sides)]), np.inf)
-    away = np.linalg.norm(cloud[number[far]] - cloud[near[far]], axis=1)
+    where they cut an element as `_cut_near` says, else infinity [length]."""
+    counts = np.array([len(fractions) - 1 for fractions in breaks])
+    both = [*((b[1:] + b[:-1]) / 2.0 for b in breaks), *breaks]
+    cloud = np.concatenate([s.point(b) for s, b in zip(outline.sides * 2, both, strict=True)])
+    owner = np.repeat([*range(len(counts))] * 2, [len(fractions) for fractions in both])
+    lengths = [np.diff(b) * side.length for b, side in zip(breaks, outline.sides, strict=True)]
+    # what is farther away cuts no element
+    reach = np.minimum(np.concatenate(lengths), np.repeat(most, counts)) / near
+    number, other = within(cloud, cloud[: counts.sum()], reach)
+    own, owns = owner[number], owner[other]
+    far = (
+        (own != owns) & (outline.neighbours[0][own] != owns) & (outline.neighbours[1][own] != owns)
+    )
+    limits = np.full(counts.sum(), np.inf)
+    away = np.linalg.norm(cloud[number[far]] - cloud[other[far]], axis=1)
     np.minimum.at(limits, number[far], away)
-    return np.split(limits, np.cumsum(counts[: len(sides) - 1]))
+    return np.split(limits, np.cumsum(counts)[:-1])
