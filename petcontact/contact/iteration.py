@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolverError
 from ..round_off import CHAINED
+from .active_set.block_factors import BlockFactors
 from .criterion import (
     Criterion,
     balanced,
@@ -41,12 +42,18 @@ class Iteration:
         Initial v [length] and σ [stress]; the method's own choice by default.
     monitor : callable, optional
         Called with the state after each iteration. If it returns a reason, the method ends.
+    rho : float, optional
+        Last ρ of the run from whose end this one starts [stress/length].
+    factors : BlockFactors
+        Factors of the last active set of a dense S, for runs on the same S.
     """
 
     criterion: Criterion
     max_iterations: int
     start: Start | None = None
     monitor: Monitor | None = None
+    rho: float | None = None
+    factors: BlockFactors = field(default_factory=BlockFactors, repr=False, compare=False)
 
 
 class ContactMethod(Protocol):

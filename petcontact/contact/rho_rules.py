@@ -1,8 +1,9 @@
 """Rules for the Robin parameter: how ρ_{k+1} follows from ρ_k and the balance w_k (section 4 of the
 paper).
 
-A rule is an object with one method, `update(rho, balance) -> rho`. Write your own and pass it to
-`solve`:
+A rule is an object with one method, `update(rho, balance) -> rho`. It may count its updates. Each
+run of Algorithm 1 begins with a copy of the rule as it was given, because the count c_k belongs to
+one run (Lemma 3.1). Write your own and pass it to `solve`:
 
     class HalfWay:
         def update(self, rho, balance):
@@ -13,6 +14,7 @@ A rule of the package is a class here and its line in `given.tables.solver_optio
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
@@ -159,6 +161,23 @@ def rule_of(rule: Rule | str | type | None, options: Method) -> Rule | None:
             f"{rule!r}"
         )
     return rule
+
+
+def begun(rule: Rule) -> Rule:
+    """Return a copy of a rule for one run of Algorithm 1; the rule itself never counts.
+
+    Raises
+    ------
+    InputError
+        If the rule holds what cannot be copied, for example an open file.
+    """
+    try:
+        return copy.deepcopy(rule)
+    except Exception as error:
+        raise InputError(
+            f"rule: each run of Algorithm 1 begins with a copy of {type(rule).__name__}, which "
+            f"cannot be copied ({error})"
+        ) from error
 
 
 def usable_balance(sigma_change: float, u_change: float) -> float:

@@ -69,6 +69,12 @@ class BlockFactors:
         self._of = solver, dense, len(rhs), active, marks
         return answer
 
+    def close(self) -> None:
+        """Free the KSP."""
+        if self._of is not None:
+            self._of[0].close()
+            self._of = None
+
 
 def _shared(active: Index, marks: Array, before: Index, before_marks: Array) -> tuple[Index, Index]:
     """Return the places in two blocks of the components whose columns are equal in both."""

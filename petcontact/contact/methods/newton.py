@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -22,7 +22,6 @@ from ...arrays import Array, States
 from ...errors import SolverError
 from ...given.tables.solver_options import Method
 from ...round_off import CHAINED, WRITTEN
-from ..active_set.block_factors import BlockFactors
 from ..active_set.complementarity import complementary_guesses
 from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import PATIENCE, LinearSolver, Pivot, Predictor, next_tau, pivots
@@ -50,12 +49,9 @@ class SemismoothNewton:
         Whether T predicts the sets. By default it does not if S is dense and small. It does not
         either if rigid motions are unknown and friction has disks, along which T's problem does not
         slip.
-    factors : BlockFactors
-        Factors of the last system with a dense S, for the next one.
     """
 
     predict: bool | None = None
-    factors: BlockFactors = field(default_factory=BlockFactors, repr=False, compare=False)
 
     def __call__(
         self, system: ContactSystem, law: ContactLaw, iteration: Iteration
@@ -80,7 +76,7 @@ class SemismoothNewton:
         solver = (
             MonolithicSolver(system, iteration.criterion.tolerance)
             if is_monolithic(system)
-            else active_set_solver(system, surrogate, self.factors)
+            else active_set_solver(system, surrogate, iteration.factors)
         )
         try:
             run = _Run(system, law, iteration, solver, foretell)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ from ...given.tables.solver_options import Method
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..law_protocol import ContactLaw, bound_excess, law_residual
-from ..rho_rules import Rule, make_rule
+from ..rho_rules import Rule, begun, make_rule
 from ..state import ContactState
 from ..system import ContactSystem
 from .settling import settled
@@ -27,9 +26,9 @@ class Projection:
     ----------
     rule : Rule
         Returns ρ_{k+1}: `rho_rules.Fixed`, `SelfAdaptive` (4.2), `Modified` (4.3), or any object
-        with `update(rho, balance)`. A rule counts its steps: a new run needs a new rule.
+        with `update(rho, balance)`. Each run begins with a copy of it.
     rho : float
-        ρ_0 > 0 [stress/length].
+        ρ_0 > 0 [stress/length]; an increment begins with the last ρ of the one before.
     omega : float
         ω in (0, 2) [-].
     """
@@ -49,11 +48,12 @@ class Projection:
             If an iterate or the rule's ρ is not finite, or ρ is not positive.
         """
         criterion = iteration.criterion
-        rho: float | Array = self.rho
+        # an iterate near the solution moves little at a ρ far off, and would pass for converged
+        rho: float | Array = self.rho if iteration.rho is None else iteration.rho
         v, sigma = (np.zeros_like(system.u_0),) * 2 if iteration.start is None else iteration.start
         recorder = Recorder(law, system, iteration)
-        # a rule counts: each group of components has its own
-        rules = [self.rule, *(copy.deepcopy(self.rule) for _ in law.groups[1:])]
+        # c_k belongs to one run (Lemma 3.1) and to one group of components
+        rules = [begun(self.rule) for _ in law.groups]
         # the given start need not satisfy v = u_0 + Sσ: the first step is solved whole, later ones
         # for their increments
         consistent = False

@@ -5,8 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...contact.criterion import balanced
 from ...contact.friction_law import contact_norm
+from ...contact.law_protocol import law_residual
 from ...contact.laws import dissipation
+from ...contact.state import ContactState
 from ...round_off import SOLVED
 from .increment import Increment, Monitor
 from .wear import Tried, with_wear
@@ -46,6 +49,14 @@ def touching(increment: Increment) -> float:
     closes = left < 0.0
     share = float((room[closes] / (room[closes] - left[closes])).min())
     return increment.begun + (1.0 - increment.begun) * share
+
+
+def _residual(increment: Increment, outcome: ContactState, after: object) -> tuple[float, float]:
+    """Return ‖R_ρ‖ [stress] and ‖R_ρ/ρ‖ [length] of an outcome, with the balanced ρ."""
+    system, law = increment.system, increment.problem.discrete.law
+    rho = balanced(law, system, outcome.v, outcome.sigma)[0]
+    residual = law_residual(law, outcome.v, outcome.sigma, rho)
+    return contact_norm(residual, system.weight), contact_norm(residual / rho, system.weight)
 
 
 class Halves:
@@ -95,8 +106,10 @@ class Halves:
         return with_wear(increment, increment.solved(self._monitor), self._monitor)
 
     def _apart(self, whole: Tried, first: Tried, second: Tried) -> float:
-        """Return the largest difference between an increment and its halves, over what is
-        allowed."""
+        """Return the largest difference between an increment and its halves, over what is allowed.
+
+        What iterates differ by within their own residuals is allowed: to divide does not reduce it.
+        """
         system = whole[0].problem.system
         weight, (coarse_sigma, sigma) = system.weight, (whole[1].sigma, second[1].sigma)
         self._tractions = max(self._tractions, contact_norm(sigma, weight))
@@ -120,10 +133,13 @@ class Halves:
             contact_norm(second[2].slip - whole[2].slip, weight),
             abs(sum(twice) - once),
         )
+        stress, length = np.sum([_residual(*each) for each in (whole, first, second)], axis=0)
         sizes = (
-            PATH_ERROR * self._tractions,
-            PATH_ERROR * self._slip,
-            ENERGY_ERROR * max(sum(twice), self._slip * self._tractions),
+            PATH_ERROR * self._tractions + stress,
+            PATH_ERROR * self._slip + length,
+            ENERGY_ERROR * max(sum(twice), self._slip * self._tractions)
+            + stress * self._slip
+            + length * self._tractions,
         )
         return max(
             (

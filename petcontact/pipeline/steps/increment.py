@@ -11,6 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...compliance.bodies import BodiesSystem
+from ...contact.active_set.block_factors import BlockFactors
 from ...contact.criterion import Criterion, displaced_by
 from ...contact.iteration import ContactMethod, Iteration
 from ...contact.methods.starts import stuck_everywhere
@@ -89,6 +90,8 @@ class IncrementState:
     trend : pair of (M, k) arrays, optional
         Change of v and σ over the change of the load factor; of v only the normal component is not
         zero.
+    rho : float, optional
+        Last ρ of the method [stress/length].
     """
 
     slip: Array
@@ -99,6 +102,7 @@ class IncrementState:
     sigma: Array
     worn: Array
     trend: Start | None = None
+    rho: float | None = None
 
 
 @dataclass
@@ -122,6 +126,8 @@ class PreparedProblem:
         Names of the method and the rule, where they are not the problem's own.
     halvings : int
         How often an increment that fails is halved.
+    block_factors : BlockFactors
+        Factors of the last active set, for the next increment.
     """
 
     discrete: Discrete
@@ -133,6 +139,7 @@ class PreparedProblem:
     factors: dict[int, list[float]] = field(default_factory=dict)
     named: dict[str, str] = field(default_factory=dict)
     halvings: int = HALVINGS
+    block_factors: BlockFactors = field(default_factory=BlockFactors)
 
     @property
     def digits_lost(self) -> float:
@@ -215,6 +222,7 @@ class PreparedProblem:
 
     def close(self) -> None:
         """Free every PETSc object."""
+        self.block_factors.close()
         self.system.close()
 
 
@@ -332,6 +340,8 @@ class Increment:
             posed.method.max_iterations,
             start,
             keep,
+            self.before.rho,
+            self.problem.block_factors,
         )
         try:
             return self._without_round_off(
@@ -396,7 +406,15 @@ class Increment:
             ]
             velocity[:, : system.components - 1], trend = 0.0, (velocity, rate)
         return IncrementState(
-            slip, end, free_of_bodies, positions, loads, outcome.sigma, worn, trend
+            slip,
+            end,
+            free_of_bodies,
+            positions,
+            loads,
+            outcome.sigma,
+            worn,
+            trend,
+            float(np.max(outcome.rho)),
         )
 
     def _obstacles_after(self, outcome: ContactState, free: Array) -> tuple[Array, Array]:

@@ -1,0 +1,135 @@
+"""Every rule and every method over load steps, whichever way a step is divided: the numbers are those
+of Newton's method, and no run leaves anything to the next one."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+from petcontact import Method, Problem, solve
+from petcontact.contact.methods.newton import SemismoothNewton
+from petcontact.contact.rho_rules import SelfAdaptive
+from petcontact.model.base import parse
+
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
+
+MATERIAL = {"young_modulus": 10_000.0, "poisson_ratio": 0.3}
+TRESCA = {"friction_bound": 150.0}
+COULOMB = {"normal": "unilateral", "friction_coefficient": 0.3}
+FLAT = {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [8.0, 4.0]}
+RING = {"shape": "rectangle", "lower_left": [1.0, 0.0], "upper_right": [5.0, 3.0]}
+CUBE = {"shape": "box", "lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]}
+DOWN, ALONG = [0.0, -0.01], [0.004, -0.01]
+KINDS = {
+    "tresca": (TRESCA, FLAT, 0.8, "left", [400.0, 0.0], [-400.0, 0.0]),
+    "coulomb": (COULOMB, FLAT, 0.8, "top", DOWN, ALONG),
+    "axial": (COULOMB, RING, 0.8, "top", DOWN, [0.0, -0.005]),
+    "space": (COULOMB, CUBE, 0.5, "top", [0.0, *DOWN], [0.004, 0.002, -0.01]),
+}
+"""Contact, shape, element size, and what a part is given in the first and in the second step."""
+RULES = "fixed", "self-adaptive", "modified", "modified-safeguarded"
+METHODS = [{"name": "projection", "rule": rule} for rule in RULES]
+METHODS[0]["rho"] = 1e4
+METHODS += [{"name": "operator-robin"}]
+ONLY_TRESCA = [{"name": "tao"}, {"name": "projection", "formulation": "full"}]
+NEWTON = {"name": "semismooth-newton"}
+
+
+def posed(kind, increments, method, **petsc):
+    contact, shape, size, part, *values = KINDS[kind]
+    still = [0.0] * len(values[0])
+    free = {"left", "right"} | ({"front", "back"} if kind == "space" else set())
+    top = {"part": "top", "condition": "displacement", "value": still}
+    table = {
+        "material": MATERIAL,
+        "geometry": shape,
+        "mesh": {"element_size": size, "order": int(kind == "space")},
+        "method": method,
+        "petsc": petsc,
+        "boundary": [{"part": "bottom", "condition": "contact", **contact}, top]
+        + [{"part": p, "condition": "traction", "value": still} for p in sorted(free)],
+        "step": [
+            {"increments": increments, "boundary": [{"part": part, "value": value}]}
+            for value in values
+        ],
+    }
+    return parse(Problem, table | ({"symmetry": "axial"} if kind == "axial" else {}), "test")
+
+
+@functools.cache
+def newton(kind, increments):
+    return solve(posed(kind, increments, NEWTON))
+
+
+def assert_numbers_of(expected, found):
+    """p, q and the slip at the ends of the steps."""
+    assert found.converged, found.reason
+    ends = [[s for s in each.steps if s.load_factor == 1.0] for each in (expected, found)]
+    for one, other in zip(*ends, strict=True):
+        (a,), (b,) = one.pairs.values(), other.pairs.values()
+        stress = max(np.abs(a.pressure).max(), np.abs(a.sigma_t).max())
+        for key, size in ("pressure", stress), ("sigma_t", stress), ("slip", np.abs(a.slip).max()):
+            off = np.abs(getattr(a, key) - getattr(b, key)).max()
+            assert off < 2e-3 * size, (key, off, size)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_rules_and_methods_give_newtons_numbers(kind):
+    for method in METHODS + ONLY_TRESCA * (kind == "tresca"):
+        found = solve(posed(kind, 2, method))
+        assert len(found.steps) == 4
+        assert_numbers_of(newton(kind, 2), found)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_increments_by_halves_many_increments_and_iterative_solves(kind):
+    """What iterates differ by is not taken for an error of the path: no more increments than Newton
+    has."""
+    for method in METHODS[1:3]:
+        auto = solve(posed(kind, "auto", method))
+        assert_numbers_of(newton(kind, "auto"), auto)
+        assert len(auto.steps) <= len(newton(kind, "auto").steps)
+    assert_numbers_of(newton(kind, 8), solve(posed(kind, 8, METHODS[1])))
+    krylov = {"ksp_type": "gmres", "pc_type": "jacobi"}
+    assert_numbers_of(newton(kind, 2), solve(posed(kind, 2, METHODS[2], **krylov)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_restart(kind, tmp_path):
+    """From the end of the first step, and by another rule."""
+    solve(posed(kind, 2, METHODS[2])).save(tmp_path / "r.h5")
+    start = {"start": f"{tmp_path / 'r.h5'}:2"}
+    assert_numbers_of(newton(kind, 2), solve(posed(kind, 2, METHODS[1] | start)))
+
+
+def test_a_rule_and_a_method_are_the_same_after_a_solve():
+    """c_k belongs to one run (Lemma 3.1): a rule of the user's that counts counts from its own start
+    in each, also in the second solve."""
+    begins = []
+
+    class Counting(SelfAdaptive):
+        def update(self, rho, balance):
+            begins.append(self.changes)
+            return super().update(rho, balance)
+
+    problem, rule = posed("tresca", 2, {"max_iterations": 200}), Counting()
+    first, second = (solve(problem, rule=rule) for _ in range(2))
+    assert rule == Counting()
+    assert begins.count(0) >= 8 and max(begins) < 30
+    for solution in (first, second):
+        assert_numbers_of(newton("tresca", 2), solution)
+    assert [s.iterations for s in first.steps] == [s.iterations for s in second.steps]
+    method = SemismoothNewton()
+    sizes = [solve(posed(kind, 1, {}), method=method) for kind in ("coulomb", "tresca")]
+    assert all(s.converged for s in sizes) and vars(method) == vars(SemismoothNewton())
+
+
+def test_a_rule_that_cannot_be_copied_is_refused():
+    class Open(SelfAdaptive):
+        def __deepcopy__(self, memo):
+            raise TypeError("cannot pickle an open file")
+
+    with pytest.raises(ValueError, match="Open, which cannot be copied"):
+        solve(posed("tresca", 1, {}), rule=Open(), method=Method(name="projection"))
