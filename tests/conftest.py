@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import signal
 
 import pytest
+import threadpoolctl
 from hypothesis import HealthCheck, settings
 
 from petcontact.runtime.petsc import petsc
 from petcontact.runtime.threads import cap_blas_threads
 
+# many processes test at once, and to wait for one another's threads takes longer than the work
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 cap_blas_threads()
+threadpoolctl.threadpool_limits(int(os.environ["OPENBLAS_NUM_THREADS"]), user_api="blas")
 # a loaded machine is no counterexample; each run draws other examples, so that few a run are many
 settings.register_profile(
     "untimed", deadline=None, max_examples=15, suppress_health_check=[HealthCheck.too_slow]

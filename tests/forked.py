@@ -27,7 +27,8 @@ AT_THE_START = (
 """Beginnings of variables that are read once, or that name a stream of the client, as those of
 MPICH's launcher do; Open MPI's ranks are told an address."""
 DEFAULTS = {"OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "agg"}
-"""Of the server; threads do not survive a fork either."""
+"""Of the server, whatever the tests have: threads do not survive a fork either. Who asks for more
+threads gets a process of its own."""
 SIGNALS = (1, 2, 15, 24)  # SIGHUP, SIGINT, SIGTERM, SIGXCPU: what is passed on
 
 
@@ -236,7 +237,7 @@ def program() -> str:
 
         folder = tempfile.TemporaryDirectory(prefix="petcontact-")
         address, here = f"{folder.name}/socket", Path(__file__).resolve()
-        environment = DEFAULTS | os.environ
+        environment = os.environ | DEFAULTS
         environment["PYTHONPATH"] = os.pathsep.join(
             [str(here.parents[1]), environment.get("PYTHONPATH", "")]
         )

@@ -16,6 +16,14 @@ from typing import Any
 
 import forked
 
+SHARING = {
+    "OMPI_MCA_hwloc_base_binding_policy": "none",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_MCA_odls_base_sigkill_timeout": "1",
+}
+"""Of Open MPI: ranks are bound to no core and give way while they wait; those whose partner has
+died wait for it until they are killed."""
+
 
 @functools.cache
 def mpiexec() -> tuple[str, ...]:
@@ -44,7 +52,8 @@ def environment() -> dict[str, str]:
     root = Path(__file__).resolve().parents[2]
     path = os.pathsep.join([str(root), str(root / "tests"), os.environ.get("PYTHONPATH", "")])
     allow = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    return {**os.environ, **allow, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
+    ours = {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
+    return {**SHARING, **os.environ, **allow, **ours}
 
 
 def start(ranks: int, *words: str, children: bool = False, **keywords) -> subprocess.Popen:

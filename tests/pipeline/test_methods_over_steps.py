@@ -11,7 +11,7 @@ import pytest
 from petcontact import Method, Problem, solve
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.rho_rules import SelfAdaptive
-from petcontact.model.base import parse
+from petcontact.given.tables.base import parse
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
