@@ -374,6 +374,9 @@ def test_ci_calls_the_tests_and_nothing_else(ready, tmp_path):
     program(ready / "scripts/test", 'echo "test $#"; exit 7')
     done = call(ready / ".ci/run", cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (7, "test 0\n", "")
+    program(ready / "scripts/test", 'echo "test $# $OPENBLAS_CORETYPE"; exit ${#OPENBLAS_CORETYPE}')
+    done = call(ready / ".ci/run", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (8, "test 0 \ntest 0 Prescott\n", "")
 
 
 # --- scripts/slurm.sh
