@@ -59,6 +59,15 @@ def _residual(increment: Increment, outcome: ContactState, after: object) -> tup
     return contact_norm(residual, system.weight), contact_norm(residual / rho, system.weight)
 
 
+def _dissipated(increment: Increment, outcome: ContactState, after: object) -> float:
+    """Return the energy that an outcome dissipates in its increment."""
+    slip = outcome.v[:, : increment.problem.system.components - 1]
+    density = dissipation(
+        increment.problem.discrete.law, increment.before.sigma, outcome.sigma, slip
+    )[0]
+    return float(increment.problem.system.weight @ density)
+
+
 class Halves:
     """Solve an increment and its two halves, and return the halves where they agree with it.
 
@@ -110,42 +119,23 @@ class Halves:
 
         What iterates differ by within their own residuals is allowed: to divide does not reduce it.
         """
-        system = whole[0].problem.system
-        weight, (coarse_sigma, sigma) = system.weight, (whole[1].sigma, second[1].sigma)
+        system, tries = whole[0].problem.system, (whole, first, second)
+        weight, sigma, slip = system.weight, second[1].sigma, second[2].slip
         self._tractions = max(self._tractions, contact_norm(sigma, weight))
         moved = PATH_ERROR * contact_norm(system.operator.apply(sigma), weight)
-        self._slip = max(self._slip, contact_norm(second[2].slip, weight), moved)
-        law = whole[0].problem.discrete.law
-        once, *twice = (
-            float(
-                weight
-                @ dissipation(
-                    law,
-                    increment.before.sigma,
-                    outcome.sigma,
-                    outcome.v[:, : system.components - 1],
-                )[0]
-            )
-            for increment, outcome, _ in (whole, first, second)
-        )
-        differences = (
-            contact_norm(sigma - coarse_sigma, weight),
-            contact_norm(second[2].slip - whole[2].slip, weight),
-            abs(sum(twice) - once),
-        )
-        stress, length = np.sum([_residual(*each) for each in (whole, first, second)], axis=0)
-        sizes = (
-            PATH_ERROR * self._tractions + stress,
-            PATH_ERROR * self._slip + length,
-            ENERGY_ERROR * max(sum(twice), self._slip * self._tractions)
-            + stress * self._slip
-            + length * self._tractions,
-        )
-        return max(
+        self._slip = max(self._slip, contact_norm(slip, weight), moved)
+        once, *twice = (_dissipated(*each) for each in tries)
+        stress, length = np.sum([_residual(*each) for each in tries], axis=0)
+        energy = max(sum(twice), self._slip * self._tractions)
+        pairs = (
             (
-                a / b if b > 0.0 else np.inf
-                for a, b in zip(differences, sizes, strict=True)
-                if a > 0.0
+                contact_norm(sigma - whole[1].sigma, weight),
+                PATH_ERROR * self._tractions + stress,
             ),
-            default=0.0,
+            (contact_norm(slip - whole[2].slip, weight), PATH_ERROR * self._slip + length),
+            (
+                abs(sum(twice) - once),
+                ENERGY_ERROR * energy + stress * self._slip + length * self._tractions,
+            ),
         )
+        return max((a / b if b > 0.0 else np.inf for a, b in pairs if a > 0.0), default=0.0)
