@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
+from pathlib import Path
 
 
 class PetcontactError(Exception):
@@ -98,3 +99,43 @@ class MissingKernelsError(PetcontactError, ImportError):
         super().__init__(
             f"compiled kernels: {reason}; scripts/setup or pip install builds them again"
         )
+
+
+EXTRAS = {
+    "cad": "gmsh",
+    "notebook": "notebook ipython matplotlib-inline",
+    "petsc": "petsc4py",
+    "tables": "pandas polars",
+}
+"""Packages that petcontact does without, by the option of `scripts/setup` that installs them."""
+
+
+def installed_by(extra: str) -> str:
+    """Return the command that installs the packages of an extra, as it is typed in this folder.
+
+    >>> "setup" in installed_by("cad") or installed_by("cad") == "pip install gmsh"
+    True
+    """
+    setup = Path(__file__).resolve().parents[1] / "scripts" / "setup"
+    if not setup.is_file():  # installed without the repository
+        return f"pip install {EXTRAS[extra]}"
+    here = setup.parents[1] == Path.cwd()
+    option = "" if extra == "petsc" else f" --{extra}"
+    return f"{'scripts/setup' if here else setup}{option}"
+
+
+class MissingPackage(InputError, ImportError):
+    """A package of an extra that is not installed.
+
+    Parameters
+    ----------
+    what : str
+        What needs it.
+    package : str
+        Its name.
+    extra : str
+        A key of `EXTRAS`.
+    """
+
+    def __init__(self, what: str, package: str, extra: str) -> None:
+        super().__init__(f"{what} needs {package}, which is not installed: {installed_by(extra)}")

@@ -15,6 +15,12 @@ from .options import option, options
 
 KINDS = {
     "block": "a block on a foundation",
+    "fretting": "a rounded pad drawn to and fro on a block",
+    "press-fit": "a hub on a shaft",
+    "bolt": "a bolt that clamps a plate",
+    "seal": "an O-ring in a groove",
+    "bearing": "a pin in a bearing with play",
+    "indentation": "a ball pressed on a plate",
     "outline": "straight sides, arcs and a hole",
     "gmsh": "a body from a Gmsh mesh",
     "bodies": "two bodies, Coulomb friction, load steps",
@@ -22,7 +28,17 @@ KINDS = {
     "sweep": "many cases of a block",
 }
 
-OTHER_WORDS = {"2d": "block", "3d": "space", "polygon": "outline", "contact": "bodies"}
+OTHER_WORDS = {
+    **{
+        "2d": "block",
+        "3d": "space",
+        "polygon": "outline",
+        "contact": "bodies",
+        "ball": "indentation",
+    },
+    **{"hertz": "indentation", "o-ring": "seal", "shrink-fit": "press-fit", "pin": "bearing"},
+    **{"press_fit": "press-fit", "pressfit": "press-fit", "axial": "press-fit", "screw": "bolt"},
+}
 """What others call a kind."""
 
 

@@ -13,7 +13,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .. import __version__
 from ..runtime.failures import guarded
@@ -26,6 +26,7 @@ COMMANDS = {
     "mesh": "surfaces of a CAD file (STEP, IGES, BREP), and its mesh as a .msh file",
     "draw": "draw a problem before it is solved: parts, supports, loads, what may touch",
     "solve": "solve one problem, print a verdict, write the result and figures",
+    "show": "print the verdict of a result file again, or its numbers as JSON",
     "sweep": "compute independent cases over MPI ranks, and go on where a sweep was stopped",
     "report": "tables of a sweep as Markdown, CSV or one HTML page, beside the published ones",
     "compare": "methods and rules side by side: tables and figures over a list of rho_0 and h",
@@ -34,11 +35,12 @@ COMMANDS = {
     "field": "displacement and stress inside the body: .vtu for ParaView, and a figure",
     "fatigue": "fatigue parameters over a cycle of load steps, on and below the surface: table and "
     "figure",
+    "completion": "what lets a shell complete commands and options",
     "schema": "JSON Schema of config files, for editors",
     "help": "chapters of the manual",
     "doctor": "check versions, MPI, BLAS threads, HDF5 and fonts of this installation",
 }
-READING = {"export", "fatigue", "field", "plot"}
+READING = {"export", "fatigue", "field", "plot", "show"}
 """Those of the folder `reading`: they read a result file."""
 SHORT = {"-o", "-n", "-h"}
 
@@ -147,6 +149,12 @@ def _command(arguments: Sequence[str]) -> int:
             parser.parse_all(ours)
         near = difflib.get_close_matches(name, COMMANDS, n=1)
         parser.error(f"unknown command {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
+    module, command = parser_of(name)
+    return int(module.run(command.parse_all(ours[1:]), theirs))
+
+
+def parser_of(name: str) -> tuple[Any, Parser]:
+    """Return the module of a command and its parser."""
     folder = "reading." if name in READING else ""
     module = importlib.import_module(f".{folder}{name}", __package__)
     command = Parser(
@@ -156,7 +164,7 @@ def _command(arguments: Sequence[str]) -> int:
         formatter_class=Paragraphs,
     )
     module.add_arguments(command)
-    return int(module.run(command.parse_all(ours[1:]), theirs))
+    return module, command
 
 
 def entry() -> NoReturn:

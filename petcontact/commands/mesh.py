@@ -1,9 +1,9 @@
 """Surfaces of a CAD file, to be named in a config, and its mesh: petcontact mesh part.step --size 2
 -o part.msh
 
-STEP, IGES and BREP files are read by Gmsh's Python package: pip install 'petcontact[cad]'. Without
--o the surfaces are listed: number, part (the name in the STEP file, else the number), kind, area
-and centre. `--part foot=3,4` names some, as `parts = { foot = [3, 4] }` does in [geometry]. A
+STEP, IGES and BREP files are read by Gmsh's Python package, which scripts/setup --cad installs.
+Without -o the surfaces are listed: number, part (the name in the STEP file, else the number), kind,
+area and centre. `--part foot=3,4` names some, as `parts = { foot = [3, 4] }` does in [geometry]. A
 config may name the CAD file itself: shape = "gmsh", file = "part.step".
 """
 

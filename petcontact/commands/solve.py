@@ -56,6 +56,11 @@ add_arguments = options(
         help="print all of the verdict: meshes, methods, moments, times by stage",
     ),
     option(
+        "--quiet",
+        action="store_true",
+        help="print the first line of the verdict only, and no progress",
+    ),
+    option(
         "--adapt",
         action="store_true",
         help="refine the mesh until the estimated error of u_t (p, q) is as wanted",
@@ -89,14 +94,15 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
     from ..runtime.terminal import StatusLine, say
 
-    first = comm.getRank() == 0
+    first, quiet = comm.getRank() == 0, bool(arguments.quiet)
     output, pictures = _targets(arguments, case)
     way = solver(arguments, case)
     from ..pipeline.solve import adapts_itself, solve
     from ..results.hdf5 import write_solution
 
-    status, tolerance = StatusLine(first and sys.stderr.isatty(), first), case.method.tolerance
-    meshes = Meshes(status, output, replaces=is_replaced(arguments, output))
+    status = StatusLine(first and not quiet and sys.stderr.isatty(), first and not quiet)
+    tolerance = case.method.tolerance
+    meshes = Meshes(status, output, replaces=is_replaced(arguments, output), quiet=quiet)
     with stopping(comm, meshes.saved) as stop:
 
         def monitor(state: Any) -> str:
@@ -107,7 +113,7 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
 
         with contextlib.closing(status), in_file(arguments.config):
             announce = announcer(status, way is not solve or adapts_itself(case))
-            shown: dict[str, Any] = {"announce": announce, "reached": meshes}
+            shown: dict[str, Any] = {"announce": None if quiet else announce, "reached": meshes}
             solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
@@ -116,10 +122,14 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
         number = stop()
     if first:
         try:
-            say(f"{solution.verdict(arguments.verbose)}\n  result: {output}{meshes.said}")
+            told = solution.verdict(arguments.verbose).split("\n")
+            say("\n".join(told[:1] if quiet else [*told, f"  result: {output}{meshes.said}"]))
             if not (arguments.no_figures or number):
-                draw(solution, output, pictures, whole=bool(arguments.figures))
-            report_ignored(case, solution.accuracy.wanted is not None)
+                drawn = draw(solution, output, pictures, whole=bool(arguments.figures))
+                for line in () if quiet else drawn:
+                    say(line)
+            if not quiet:
+                report_ignored(case, solution.accuracy.wanted is not None)
         except Interrupted as late:
             number = late.number
     if number:
@@ -235,8 +245,9 @@ class Meshes:
         That something is.
     """
 
-    def __init__(self, status: Any, output: Path, *, replaces: bool) -> None:
+    def __init__(self, status: Any, output: Path, *, replaces: bool, quiet: bool) -> None:
         self._status, self._output, self.replaces = status, output, replaces
+        self._quiet = quiet
         self.said = " (replaced)" if output.exists() else ""
         self._last: Any = None
 
@@ -259,7 +270,7 @@ class Meshes:
             else "error not known yet"
         )
         text = f"mesh {mesh.number}: {mesh.nodes} nodes, {error}, {mesh.seconds:.1f} s"
-        if self._status.enabled or mesh.seconds > SOON:
+        if not self._quiet and (self._status.enabled or mesh.seconds > SOON):
             self._status.close()
             print(f"petcontact: {text}", file=sys.stderr, flush=True)
         if mesh.seconds > SOON:
@@ -356,13 +367,11 @@ def iteration_line(state: Any, tolerance: float) -> str:
     )
 
 
-def draw(solution: Any, output: Path, folder: Path, whole: bool) -> None:
-    """Draw all figures of a solution, or the first ones, and say where they are."""
+def draw(solution: Any, output: Path, folder: Path, whole: bool) -> list[str]:
+    """Draw all figures of a solution, or the first ones; return where they are."""
     from ..results.figures.plots import FIRST, plot_all
-    from ..runtime.terminal import say
 
     whole = whole or not solution.nodes
-    for path in plot_all(solution, folder, output.stem, names=None if whole else FIRST):
-        say(f"  figure: {path}")
-    if not whole:
-        say(f"  more figures: petcontact plot {output}")
+    paths = plot_all(solution, folder, output.stem, names=None if whole else FIRST)
+    more = [] if whole else [f"  more figures: petcontact plot {output}"]
+    return [*(f"  figure: {path}" for path in paths), *more]

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__, native
-from ..errors import MissingKernelsError
+from ..errors import MissingKernelsError, installed_by
 from ..results.report import Finding
 from ..runtime.threads import available_cores, local_ranks
 from .probe import PARTS
@@ -84,14 +84,14 @@ def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
         yield Finding("packages", "error", f"{name} is missing", advice=f"pip install {name}")
     for name, version in facts["extras"].items():
         extra, purpose = EXTRAS[name]
-        advice = "" if version else f"pip install 'petcontact[{extra}]'"
+        advice = "" if version else installed_by(extra)
         yield Finding(
             "extras", "ok", f"{name} {version or 'is not installed'}, for {purpose}", advice=advice
         )
     if facts["kernels"]:
         yield Finding("kernels", "ok", facts["kernels"])
     for part, error in facts["errors"].items():
-        petsc = "install python3-petsc4py, or pip install 'petcontact[petsc]'"
+        petsc = f"install python3-petsc4py, or {installed_by('petsc')}"
         yield Finding(part, "error", error, advice=petsc if part == "petsc" else "reinstall it")
     for key, judged in JUDGED.items():
         if key in facts:

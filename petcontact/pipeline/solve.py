@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -20,6 +21,8 @@ from .adapt.fixed_mesh import with_estimate
 from .eliminate import Announce
 from .run import prepare, unreported, with_report
 from .steps.increment import Monitor
+
+LOG = logging.getLogger(__name__)
 
 
 def solve(
@@ -117,6 +120,7 @@ def solve(
             solution = with_estimate(solution, prepared.comm, law)
         finally:
             prepared.close()
+    LOG.info("%s: %s", solution.status, solution.reason)
     unused = unused_options() if petsc_options else []
     left = [name for name in petsc_options or () if f"-{name}" in unused]
     if left:

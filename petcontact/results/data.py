@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
-from ..errors import InputError
+from ..errors import InputError, MissingPackage
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
 from ..refinement.zones import Zone, zones_of
@@ -227,11 +227,13 @@ class SolutionData(Evaluated):
 
         Raises
         ------
-        ImportError
-            If pandas is not installed; petcontact does without it.
+        MissingPackage
+            If pandas is not installed; petcontact does without it. It is an ImportError.
         """
-        import pandas
-
+        try:
+            import pandas
+        except ImportError:
+            raise MissingPackage("to_dataframe", "pandas", "tables") from None
         columns = self.columns(self.increment(step))
         table: dict[str, Array] = dict(zip("xyz", columns["x"].T, strict=False))
         for name in ("u_t", "sigma_t", "slip", "slip_increment"):

@@ -8,6 +8,7 @@ from typing import Any
 
 from .data import SolutionData
 from .hdf5 import read_data, write_solution
+from .verdict.as_json import as_json
 from .verdict.summary import verdict
 
 
@@ -83,6 +84,10 @@ class Solution(SolutionData):
     def verdict(self, verbose: bool = False) -> str:
         """A few lines that say how the solve ended; more of them with `verbose`."""
         return verdict(self, verbose)
+
+    def to_json(self) -> str:
+        """Status, warnings, accuracy and numbers with their errors, as JSON for scripts."""
+        return as_json(self)
 
     def _repr_html_(self) -> str:
         """The verdict, for notebooks."""

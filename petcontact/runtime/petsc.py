@@ -14,7 +14,13 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ..errors import InputError, MissingPetscError, SingularMatrixError, SolverError
+from ..errors import (
+    InputError,
+    MissingPetscError,
+    SingularMatrixError,
+    SolverError,
+    installed_by,
+)
 from .memory import check_address_space
 from .petsc_options import OF_THE_PROGRAM, check, files_first, of_files
 from .signals import reinstall
@@ -100,8 +106,8 @@ def initialise(argv: Sequence[str] = ()) -> None:
             _failures.append(PETSc.COMM_WORLD.tompi4py().Dup())
     except ImportError as error:
         raise MissingPetscError(
-            f"petsc4py cannot be loaded ({error}); install python3-petsc4py, or pip install "
-            f"'petcontact[petsc]'"
+            f"petsc4py cannot be loaded ({error}); install python3-petsc4py, or "
+            f"{installed_by('petsc')}"
         ) from error
     if started and arguments:
         PETSc.Options().insertString(" ".join(arguments))

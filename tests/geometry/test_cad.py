@@ -20,7 +20,7 @@ from petcontact.refinement.panels.quartering import cut
 
 FOOT = Path(__file__).parents[2] / "configs" / "cad" / "foot.step"
 needs_gmsh = pytest.mark.skipif(
-    importlib.util.find_spec("gmsh") is None, reason="the extra petcontact[cad] is not installed"
+    importlib.util.find_spec("gmsh") is None, reason="Gmsh is not installed (scripts/setup --cad)"
 )
 
 
@@ -161,7 +161,7 @@ def test_without_the_extra_one_line_says_how_to_get_it(tmp_path, capsys, monkeyp
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     assert main(["solve", str(FOOT.parent / "foot.toml"), "-o", str(tmp_path / "foot.h5")]) == 2
     line = capsys.readouterr().err
-    assert line.count("\n") == 1 and "pip install 'petcontact[cad]'" in line
+    assert line.count("\n") == 1 and "setup --cad" in line
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import LONGEST_NAME, Array, Index
-from ...errors import InputError, OutputError
+from ...errors import InputError, MissingPackage, OutputError
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
 from ..surface import FacetSurface, SolidSurface
@@ -29,7 +29,6 @@ MOST_CELLS = 5e6
 """Cells of a mesh."""
 END = b"$EndElements\n"
 """Of a mesh file."""
-HOW = "pip install 'petcontact[cad]'"
 LIBRARIES = "apt install libglu1-mesa libxft2 libxcursor1 libxinerama1"
 """What Gmsh's wheel needs and Debian's minimal systems lack."""
 
@@ -271,11 +270,7 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
     import subprocess
 
     if importlib.util.find_spec("gmsh") is None:
-        raise InputError(
-            f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; "
-            f"or mesh it "
-            "elsewhere and give the .msh file"
-        )
+        raise MissingPackage(f"{file}: a CAD file", "gmsh", "cad")
     words = [sys.executable, worker.__file__]
     done = subprocess.run(
         words,

@@ -54,6 +54,8 @@ MATCHED = {
 Name = Annotated[str, pydantic.Field(min_length=1, pattern=NAME)]
 Vector = pydantic.Field(min_length=2, max_length=3)
 """As many components as the body has dimensions."""
+SPELLINGS = {"center": "centre", "centre": "center"}
+"""Of keys: one that a table does not have stands for the other."""
 SHOWN = 3
 """Mistakes of a file that are named at once: more would not be one line."""
 LONGEST_EXPRESSION = 500
@@ -249,7 +251,9 @@ class Model(Frozen, metaclass=_OneLine):
     @classmethod
     def _without_control_characters(cls, data: Any) -> Any:
         """Names go into files and file names; expressions may have several lines, and a title is
-        printed with all that is no letter written out."""
+        printed with all that is no letter written out. The other spelling of a key is taken."""
+        if isinstance(data, dict):
+            data = {cls._known(key, data): value for key, value in data.items()}
         for key, value in data.items() if isinstance(data, dict) else ():
             field = cls.model_fields.get(key)
             lines = field and any(isinstance(m, pydantic.PlainValidator) for m in field.metadata)
@@ -261,6 +265,14 @@ class Model(Frozen, metaclass=_OneLine):
                         "control", f"has a character below 32, got {_shown(text)}", {"key": key}
                     )
         return data
+
+    @classmethod
+    def _known(cls, key: Any, data: dict[Any, Any]) -> Any:
+        """A key, or its other spelling where the model has that one and the data have not."""
+        other = SPELLINGS.get(key)
+        return (
+            other if key not in cls.model_fields and other in {*cls.model_fields} - {*data} else key
+        )
 
     @classmethod
     def spelling(cls, data: Any) -> type[Model]:

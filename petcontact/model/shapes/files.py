@@ -34,7 +34,7 @@ class Gmsh(Shape):
     so one element at least, and lines of second order become circular arcs through their three
     nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 
-    Or a solid of a CAD file (.step, .stp, .iges, .igs, .brep), by the extra `petcontact[cad]`:
+    Or a solid of a CAD file (.step, .stp, .iges, .igs, .brep), by Gmsh (`scripts/setup --cad`):
     curved triangles of about mesh.element_size (default: a twelfth of the diagonal of the box
     around it), at least eight around a full circle. Parts are the surfaces' names in a STEP file,
     else their numbers, which `petcontact mesh part.step` lists. Lengths are in millimetres, as

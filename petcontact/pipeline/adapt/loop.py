@@ -11,6 +11,7 @@ In space, panels are cut where the tails of their tractions are large. The tails
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Callable
@@ -40,6 +41,7 @@ from .strategy import Strategy
 from .surfaces import PanelTails
 from .traction_ladder import Tractions
 
+LOG = logging.getLogger(__name__)
 AFTER = "(on the mesh after the last)"
 ENDED = "the adaptive solve was ended after mesh"
 
@@ -165,13 +167,12 @@ class AdaptiveSolve:
         return replace(solution, problem=self.solver.problem.model_copy(update=steps))
 
     def _report(self, solution: Solution) -> None:
+        nodes = sum(mesh.n_nodes for mesh in solution.meshes.values())
+        seconds, error = time.perf_counter() - self._began, self.strategy.estimate
+        number = len(self.solutions)
+        LOG.info("mesh %d: %d nodes, error %.1e, %.1f s", number, nodes, error, seconds)
         if self._reached is not None:
-            nodes = sum(mesh.n_nodes for mesh in solution.meshes.values())
-            seconds, error = time.perf_counter() - self._began, self.strategy.estimate
-            number, record = (
-                len(self.solutions),
-                replace(solution.accuracy, wanted=self.strategy.wanted, error=error),
-            )
+            record = replace(solution.accuracy, wanted=self.strategy.wanted, error=error)
             ended = replace(
                 solution, accuracy=record, status="not converged", reason=f"{ENDED} {number}"
             )

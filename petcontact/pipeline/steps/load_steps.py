@@ -4,6 +4,7 @@ history."""
 from __future__ import annotations
 
 import itertools
+import logging
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -27,6 +28,7 @@ from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedPro
 from .outcome import step_result
 from .wear import Tried, with_wear
 
+LOG = logging.getLogger(__name__)
 MOST_NODES = 2000
 """Largest number of contact nodes for which the linear program of equilibrium costs less than a
 dense solve, and a step on H-matrices less than their assembly. The program is then solved first,
@@ -220,6 +222,8 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
         tried = tried or [whole or with_wear(following, following.solved(monitor), monitor)]
         yield from tried
         state = tried[-1][2]
+        end = shares.target, "converged" if tried[-1][1].converged else "failed"
+        LOG.info("step %d (%s): load factor %g, %s", increment.number, increment.step.name, *end)
         shares.reach()
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ...errors import InputError
+from ...errors import MissingPackage
 from ...runtime.atomic_write import temporary_name
 from ...runtime.terminal import printable
 from ...runtime.text_table import aligned, as_csv
@@ -137,6 +137,6 @@ def write_parquet(path: str | Path, table: CaseTable) -> None:
     try:
         import polars
     except ImportError:
-        raise InputError("--parquet: needs polars; pip install 'petcontact[tables]'") from None
+        raise MissingPackage("--parquet", "polars", "tables") from None
     with temporary_name(path) as temporary:
         polars.DataFrame(user_columns(table)).write_parquet(temporary)

@@ -192,7 +192,7 @@ def test_parquet_holds_the_columns_of_the_csv_with_their_types(
     assert frame["id"].to_list() == [line["id"] for line in lines]
     monkeypatch.setitem(sys.modules, "polars", None)
     assert main(["report", str(swept), "--parquet", str(tmp_path / "t.parquet")]) == 2
-    assert "pip install 'petcontact[tables]'" in capsys.readouterr().err
+    assert "setup --tables" in capsys.readouterr().err
 
 
 @pytest.mark.slow

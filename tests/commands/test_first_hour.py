@@ -1,0 +1,82 @@
+"""What a beginner types: results are shown again, shells complete words, extras are named by the
+command that installs them, and both spellings of a key are taken."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from petcontact import Circle, Material, solve
+from petcontact.commands.main import COMMANDS, main
+from petcontact.errors import EXTRAS, InputError, installed_by
+
+ROOT = Path(__file__).parents[2]
+BLOCK = "petcontact/manual/starters/bodies.toml"
+
+pytestmark = pytest.mark.usefixtures("unsampled")
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    path = tmp_path_factory.mktemp("shown") / "two.h5"
+    solve(ROOT / BLOCK).save(path)
+    return path
+
+
+def test_show_prints_the_verdict_again(result, capsys):
+    assert main(["show", str(result)]) == 0
+    assert capsys.readouterr().out.startswith("converged: A block pressed onto another")
+    assert main(["show", str(result), "--json"]) == 0
+    table = json.loads(capsys.readouterr().out)
+    force = [n for n in table["numbers"] if (n["name"], n["step"]) == ("force", 2)]
+    assert table["status"] == "converged" and force[0]["of"] == "interface"
+    assert force[0]["unit"] == "N/mm" and 0.0 < force[0]["error"] < force[0]["value"][1]
+
+
+def test_quiet_prints_one_line(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    assert main(["solve", str(ROOT / BLOCK), "--quiet", "--no-figures"]) == 0
+    out, err = capfd.readouterr()
+    assert out == "converged: A block pressed onto another and pushed\n" and not err
+
+
+def test_a_shell_completes_commands_and_options(capsys):
+    assert main(["completion"]) == 0
+    script = capsys.readouterr().out
+    asked = "COMP_WORDS=(petcontact solve --fig); COMP_CWORD=2; _petcontact; echo ${COMPREPLY[@]}"
+    words = subprocess.run(["bash", "-c", script + asked], capture_output=True, text=True)
+    assert words.stdout.split() == ["--figures"]
+    asked = "COMP_WORDS=(petcontact ''); COMP_CWORD=1; _petcontact; echo ${COMPREPLY[@]}"
+    words = subprocess.run(["bash", "-c", script + asked], capture_output=True, text=True)
+    assert words.stdout.split() == list(COMMANDS)
+
+
+def test_extras_are_those_that_the_setup_installs(result, monkeypatch):
+    """And without pandas a table is refused in one line that says what to type."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    options = (ROOT / "scripts/setup").read_text()
+    for extra, packages in EXTRAS.items():
+        wanted = " ".join(project["optional-dependencies"][extra])
+        assert all(package in wanted for package in packages.split())
+        assert extra == "petsc" or f"--{extra}" in options
+    monkeypatch.chdir(ROOT)
+    assert installed_by("cad") == "scripts/setup --cad"
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    from petcontact import read_result
+
+    with pytest.raises(ImportError, match="needs pandas, .* scripts/setup --tables") as failed:
+        read_result(result).to_dataframe()
+    assert isinstance(failed.value, InputError)
+
+
+def test_center_and_centre_are_one_key():
+    assert Circle("rim", centre=(0, 1), radius=2) == Circle("rim", center=(0, 1), radius=2)
+    with pytest.raises(InputError, match="centre"):
+        Circle("rim", center=(0, 1), centre=(0, 1), radius=2)
+    with pytest.raises(InputError, match="unknown key"):
+        Material(1.0, 0.3, centre=(0, 1))
