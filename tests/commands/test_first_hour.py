@@ -69,7 +69,7 @@ def test_extras_are_those_that_the_setup_installs(result, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     from petcontact import read_result
 
-    with pytest.raises(ImportError, match="needs pandas, .* scripts/setup --tables") as failed:
+    with pytest.raises(ImportError, match=r"needs pandas, .* scripts/setup --tables") as failed:
         read_result(result).to_dataframe()
     assert isinstance(failed.value, InputError)
 
