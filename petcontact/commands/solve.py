@@ -122,14 +122,14 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
         number = stop()
     if first:
         try:
+            if not quiet:
+                report_ignored(case, solution.accuracy.wanted is not None)
             told = solution.verdict(arguments.verbose).split("\n")
             say("\n".join(told[:1] if quiet else [*told, f"  result: {output}{meshes.said}"]))
             if not (arguments.no_figures or number):
                 drawn = draw(solution, output, pictures, whole=bool(arguments.figures))
                 for line in () if quiet else drawn:
                     say(line)
-            if not quiet:
-                report_ignored(case, solution.accuracy.wanted is not None)
         except Interrupted as late:
             number = late.number
     if number:

@@ -11,6 +11,8 @@ from ..round_off import SOLVED
 
 ENERGY = "dissipated energy"
 """Name of the number; its unit is that of a moment."""
+DISPLACEMENT = "largest displacement"
+"""Name of the number."""
 Key = tuple[str, str, int, int]
 """Of a number, as `Number.key`."""
 

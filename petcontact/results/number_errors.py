@@ -22,7 +22,7 @@ from ..linalg.nearest import within
 from ..refinement.levels import LEAST_GAIN, MOST_GAIN
 from ..round_off import EPS
 from .evaluated import Evaluated, displacement_scale
-from .number import ENERGY, Key, Number
+from .number import DISPLACEMENT, ENERGY, Key, Number
 from .numbers import end_of, numbers_of, resultant, stress_name
 from .records import PairResult
 from .stress_errors import NearStress, stress_change, stresses_near
@@ -139,7 +139,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         # what the increments of an energy leave is an error of the path
         alone = _of_slip(solution, number) if number.name == ENERGY else number.alone
         result.append(number.known_to(float(np.maximum(error, alone))))
-    return _balanced(result)
+    return _balanced(result, supports=solution.problem.kind == "bilateral")
 
 
 def _shared(solution: Evaluated, number: Number) -> float:
@@ -196,21 +196,25 @@ def _of_slip(solution: Evaluated, number: Number) -> float:
     return float(np.fmax(0.0, min(solution.accuracy.error, 1.0) * most))
 
 
-def _balanced(numbers: Sequence[Number]) -> list[Number]:
+def _balanced(numbers: Sequence[Number], *, supports: bool) -> list[Number]:
     """Return numbers whose forces, and moments, share their errors at the end of a step.
 
     They balance one another: where one is off another one is, though two meshes may agree on it by
-    chance. It is off by as much, or by the same share of all that acts.
+    chance. It is off by as much, or by the same share of all that acts. What supports are held by
+    counts for others only if `supports` is true: where contact finds the pressure, forces of pairs
+    balance given ones to round-off on any mesh.
     """
     acting = dict[tuple[str, int, int], list[Number]]()
     for number in numbers:
-        if number.is_resultant and not np.isnan(number.error):
+        counts = supports or " on " not in number.name or number.name.endswith("on the primary")
+        if number.is_resultant and counts and not np.isnan(number.error):
             acting.setdefault((number.unit, *number.key[2:]), []).append(number)
     result = []
     for number in numbers:
         others = acting.get((number.unit, *number.key[2:]), []) if number.is_resultant else []
         errors = [each.error * min(1.0, number.scale / each.scale) for each in others]
-        result.append(number.known_to(max(errors)) if errors else number)
+        own = [number.error] if errors and not np.isnan(number.error) else []
+        result.append(number.known_to(max(errors + own)) if errors else number)
     return result
 
 
@@ -254,7 +258,21 @@ def _change(
     if before is None:
         return np.nan
     apart = float(np.abs(number.value - before.value).max())
+    if number.name == DISPLACEMENT:
+        return max(apart, _displacement_change(solution, coarser, number))
     return max(apart, number.name in FUNCTIONS and _function_change(solution, coarser, number))
+
+
+def _displacement_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
+    """Return the error of a largest displacement by the change of u at the nodes of its body."""
+    mesh, other = (each.meshes[number.of] for each in (solution, coarser))
+    now, before = (end_of(each, number).bodies[number.of].u for each in (solution, coarser))
+    element, place = located(other, mesh.x, within=sizes(other))
+    rows = np.flatnonzero(element >= 0)
+    if not len(rows):
+        return 0.0
+    change = np.linalg.norm(other.basis_at(element[rows], place[rows]) @ before - now[rows], axis=1)
+    return _of_maximum(np.linalg.norm(now[rows], axis=1), change, mesh.element[rows])
 
 
 def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:

@@ -18,7 +18,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED, first_largest
 from .contact_zones import areas, between_nodes, hidden_slip
 from .evaluated import Evaluated
-from .number import ENERGY, Number
+from .number import DISPLACEMENT, ENERGY, Number
 from .peaks import QUANTITIES, stress_peaks
 from .records import PairResult, StepResult
 from .unbounded import Unbounded, unbounded_places
@@ -59,15 +59,13 @@ class _OfStep:
         return Number(name, of, self._step.step, self._step.cycle, value, unit, scale, **more)
 
     def all(self) -> Iterator[Number]:
-        """Yield the numbers of pairs, of obstacles, and of bodies that touch nothing."""
+        """Yield the numbers of pairs, of obstacles, and of bodies."""
         for name in self._step.pairs:
             yield from self._resultants(name)
             yield from self._of_contact(name)
         yield from self._of_obstacles()
-        if not self._step.pairs:
-            yield from self._displaced()
-        if not self._step.pairs or self._solution.problem.kind == "bilateral":
-            yield from self._held()
+        yield from self._displaced()
+        yield from self._held()
 
     def _resultants(self, name: str) -> Iterator[Number]:
         pair, (force, moment) = self._step.pairs[name], self._acting[name]
@@ -89,7 +87,9 @@ class _OfStep:
         hidden, far, taken, bound = hidden_slip(*contact, self._singular(name))
         q = lengths(pair.sigma_t) * closed
         left = max(0.0, bound - float(q.max()))
-        yield self._largest("largest q", name, q, "stress", alone=left)
+        posed = {each.name: each for each in self._solution.problem.interfaces}[name]
+        given = posed.law.friction_bound is not None  # no shear is larger
+        yield self._largest("largest q", name, q, "stress", alone=left, bounded=given)
         for word, (size, alone) in zip(("contact area", "slipping"), areas(*contact), strict=True):
             left = alone + hidden * (word == "slipping")
             yield self._number(word, name, size, "area", float(pair.weight.sum()), alone=left)
@@ -137,12 +137,13 @@ class _OfStep:
         unit: str,
         scale: float = 0.0,
         alone: float = 0.0,
+        bounded: bool = False,
     ) -> Number:
-        """Return the maximum of a function on elements; a pressure may have no bound."""
+        """Return the maximum of a function on elements; a stress may have no bound."""
         body, _ = self._solution.sides[of]
         mesh, nodes = self._solution.meshes[body], self._solution.nodes[of]
         top, place, element = maximum(mesh, nodes, values)
-        singular = unit == "stress" and element in self._singular(of)
+        singular = unit == "stress" and not bounded and element in self._singular(of)
         error = np.inf if singular and top > 0.0 else np.nan
         return self._number(word, of, top, unit, scale, place=place, error=error, alone=alone)
 
@@ -171,7 +172,7 @@ class _OfStep:
             element = np.append(mesh.element, number)[k]
             x = mesh.x[k] if k < mesh.n_nodes else mesh.at(number, at)[0][k - mesh.n_nodes]
             location = {"place": x, "part": mesh.part_names[mesh.part[element]]}
-            yield self._number("largest displacement", name, size[k], "length", **location)
+            yield self._number(DISPLACEMENT, name, size[k], "length", **location)
 
     def _held(self) -> Iterator[Number]:
         """Yield the forces and moments on the parts that supports hold."""

@@ -101,8 +101,8 @@ def test_what_is_linked_and_named_is_there(page):
 def test_the_readme_has_the_verdict_that_is_printed():
     """But for round-off and what depends on the machine."""
     verdict = petcontact.solve(ROOT / "configs" / "example1.toml").verdict()
-    wanted = re.sub(r"(elastic residual).*", r"\1", verdict[: verdict.index("  time [s]")])
-    readme = re.sub(r"(elastic residual).*", r"\1", (ROOT / "README.md").read_text())
+    wanted = re.sub(r"(elasticity).*", r"\1", verdict[: verdict.index("  time [s]")])
+    readme = re.sub(r"(elasticity).*", r"\1", (ROOT / "README.md").read_text())
     assert textwrap.indent(wanted, "    ") in readme
 
 
@@ -228,9 +228,7 @@ def test_the_tutorial_has_what_is_printed(file, changes):
         )
     )
     title, _, rest = printed.partition("  time [s]")[0].partition("\n")
-    lines = (
-        rest.splitlines() if title in shown else rest[rest.index("  step 1") :].splitlines()[:10]
-    )
+    lines = rest.splitlines() if title in shown else rest.partition("  largest von")[0].splitlines()
     assert len(lines) > 5
     assert not [line for line in lines if line not in shown]
 

@@ -49,7 +49,7 @@ def test_a_pressure_at_a_corner_has_no_bound():
     solution = solve("petcontact/manual/starters/bodies.toml")
     numbers = [number for number in solution.numbers if number.name == "largest p"]
     assert all(np.isinf(number.error) for number in numbers)
-    assert "largest p without a bound" in solution.verdict()
+    assert solution.verdict().count("  without a bound  ") == 2
 
 
 def test_a_maximum_is_that_of_the_function_between_nodes():

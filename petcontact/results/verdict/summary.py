@@ -7,31 +7,33 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...fields.boundary.places import sizes
-from ...mesh.curve_mesh import as_curve
 from ...model.problem import ONE_BODY
-from ...refinement.zones import Zone
 from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..report import Accuracy, Finding
 from .peaks import peak_lines
-from .steps import Teller, law_words, step_lines, wear_lines
-from .text import digits, wrapped
+from .steps import Teller, pair_lines, progress_lines, reaction_lines, wear_lines
+from .text import wrapped
 
-SHOWN = 6
-"""Steps that the verdict shows: the first ones and the last."""
+CHECKS = {
+    "contact law": ("normal", "tangential"),
+    "equilibrium": ("balance", "equilibrium"),
+    "elasticity": ("elastic",),
+}
+"""What is checked, and the residuals of an increment that say how well it holds."""
 
 
 def verdict(solution: SolutionData, verbose: bool = False) -> str:
-    """How a solve ended, within 80 columns: status and title, warnings, what contact does and the
-    largest stresses, each with its error; residuals and times.
+    """How a solve ended, within 80 columns: status and title, warnings, what contact does,
+    reactions and the largest displacement and stresses, each with its error; checks and times.
 
     Parameters
     ----------
     solution : SolutionData
     verbose : bool
-        Also meshes, methods, moments, what acts on primaries, and times by stage.
+        Also meshes, methods, all steps, moments, what acts on primaries, residuals and times by
+        stage.
     """
     title = printable(solution.problem.title)
     tell = Teller(solution, verbose)
@@ -43,20 +45,35 @@ def verdict(solution: SolutionData, verbose: bool = False) -> str:
     for text in alike([each for each in solution.findings if each.severity == "warning"]):
         lines += wrapped("  warning: ", [text], separator=" ")
     lines += _sizes(solution) if verbose else []
-    lines += (_zones_and_forces if solution.kind == "bilateral" else _steps)(tell)
-    lines += peak_lines(tell)
-    lines += [*_accuracy(solution), *_path(solution.accuracy.path)]
-    lines += _residuals(solution, said if solution.converged else "")
+    lines += [*progress_lines(tell), *pair_lines(tell)]
+    if solution.wear is not None:
+        lines += wear_lines(solution.wear, solution.pairs)
+    lines += [*reaction_lines(tell), *peak_lines(tell), *_accuracy(tell)]
+    lines += _checks(tell, said if solution.converged else "")
     return "\n".join([*lines, *_times(solution, verbose)])
 
 
-def _residuals(solution: SolutionData, said: str) -> list[str]:
-    """What equations and laws leave over, and of the paper's problem how the method ended."""
-    items = said.split(", ") if said else []
+def _checks(tell: Teller, said: str) -> list[str]:
+    """How the method of the paper's problem ended, and what equations and laws leave over."""
+    solution, lines = tell.solution, list[str]()
     if solution.kind == "bilateral":
-        items += [_method(solution), f"|R_rho| {solution.last.residual:.2e}"]
-        items.append(f"elastic residual {solution.last.residuals['elastic']:.1e}")
-    return wrapped("  ", items)
+        lines += wrapped("  ", [_method(solution)])
+    if tell.verbose:
+        residual = [f"|R_rho| {solution.last.residual:.2e}"] * (solution.kind == "bilateral")
+        lines += wrapped("  ", [*said.split(", "), *residual]) if said else []
+    if solution.converged and (left := _left(solution)):
+        lines += wrapped("  checks passed: ", left)
+    return lines
+
+
+def _left(solution: SolutionData) -> list[str]:
+    """The largest residuals of all increments, by what they check."""
+    items = list[str]()
+    for what, names in CHECKS.items():
+        values = [step.residuals.get(name, np.nan) for step in solution.steps for name in names]
+        if known := [float(value) for value in values if np.isfinite(value)]:
+            items.append(f"{what} {max(known):.1e}" if max(known) else f"{what} 0")
+    return items
 
 
 def _times(solution: SolutionData, verbose: bool) -> list[str]:
@@ -117,20 +134,27 @@ def _together(text: str, noun: str, findings: Sequence[Finding]) -> str:
     return f"pair{'s' if several else ''} {names}: {text}" if noun == "pair" else text
 
 
-def _steps(tell: Teller) -> list[str]:
-    """Each step by its last increment, wear, and bodies that touch nothing."""
-    solution, lines = tell.solution, list[str]()
-    tried = solution.tried
-    ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]
-    shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
-    for before, k in zip([-1, *ends[:-1]], ends, strict=True):
-        if k in shown:
-            lines += step_lines(tell, tried[before + 1 : k + 1], laws=k == ends[0])
-        elif k == ends[SHOWN - 1]:
-            lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
-    if solution.wear is not None:
-        lines += wear_lines(solution.wear, solution.pairs)
-    return lines if solution.nodes else [*lines, *_displaced(tell)]
+def _accuracy(tell: Teller) -> list[str]:
+    """The relative error, L2 on the contact parts, and what was wanted; or why it is not known."""
+    solution, accuracy = tell.solution, tell.solution.accuracy
+    what = {"bilateral": "u_t", "elastic": "u"}.get(solution.kind, "p and q")
+    unknown = f"  error of {what} not known: "
+    if accuracy.unknown:
+        return wrapped(unknown, [accuracy.unknown], separator=" ") + _path(accuracy.path)
+    if not accuracy.is_known:
+        return [f"{unknown}contact carries nothing"] * (accuracy.wanted is not None)
+    wanted = [] if accuracy.wanted is None else [f"{accuracy.wanted:.1e} wanted"]
+    if not np.isfinite(accuracy.error):
+        return wrapped(unknown, ["too few meshes are solved", *wanted]) + _path(accuracy.path)
+    items = [f"{accuracy.error:.1e} estimated", *wanted]
+    if not np.isnan(accuracy.resultants):  # on surfaces
+        items.append(f"of resultants {accuracy.resultants:.1e}")
+    elif not wanted:
+        items.append("against half as many elements")
+    if not np.isnan(accuracy.with_ends):
+        items.append(f"with the ends of parts {accuracy.with_ends:.1e}")
+    lines = [*wrapped(f"  error of {what}: ", items), *_path(accuracy.path)]
+    return [*lines, *_meshes(accuracy)] if tell.verbose else lines
 
 
 def _path(error: float) -> list[str]:
@@ -141,96 +165,16 @@ def _path(error: float) -> list[str]:
     return [line] * bool(error > SOLVED)
 
 
-def _zones_and_forces(tell: Teller) -> list[str]:
-    """Of one body in bilateral contact: law, zones, forces and slip of each part."""
-    solution, step, lines = tell.solution, tell.solution.last, list[str]()
-    for posed in solution.problem.interfaces:
-        if posed.name not in step.pairs:
-            continue
-        part, pair = posed.part, step.pairs[posed.name]
-        lines += wrapped(f"  {printable(part)}: ", law_words(posed))
-        lines += wrapped("    ", zones) if (zones := _zones(solution, part)) else []
-        area = float(pair.weight.sum())
-        words = {"force": "force", "largest slip": "largest |u_t|"}
-        words |= {} if zones else {"slipping": "slip on"}
-        words |= (
-            {"dissipated energy": "dissipated energy", "moment": "moment"} if tell.verbose else {}
-        )
-        items = list(tell.items(step, posed.name, words))
-        lines += wrapped(
-            "    ",
-            [f"{each} of {area:.5g}" if each.startswith("slip on") else each for each in items],
-        )
-    lines += _held(tell)
-    if solution.tension_share > 0.0:
-        lines.append(
-            f"  the contact pulls on {100.0 * solution.tension_share:.3g} % of it: bilateral "
-            f"contact cannot open"
-        )
-    return lines
-
-
-def _held(tell: Teller) -> list[str]:
-    """What holds the parts of bodies beside their contacts."""
-    lines = list[str]()
-    for number in tell.numbers.values():
-        what, on, part = number.name.partition(" on ")
-        if what in HELD and on:
-            part = printable(part)
-            name = part if number.of == ONE_BODY else f"{printable(number.of)}.{part}"
-            lines += wrapped(f"  {name}: ", [f"{HELD[what]} {tell.number(number)}"])
-    return lines
-
-
-HELD = {"force": "held by", "moment": "held by the moment"}
-"""What holds a part, in words."""
-
-
-def _displaced(tell: Teller) -> list[str]:
-    """Of each body its largest displacement, and what holds it, after the last increment."""
-    lines = list[str]()
-    for number in tell.numbers.values():
-        if number.name == "largest displacement":
-            lines += wrapped(f"  {printable(number.of)}: ", [f"max |u| {tell.number(number)}"])
-    return [*lines, *_held(tell)]
-
-
-def _accuracy(solution: SolutionData) -> list[str]:
-    """The relative error, L2 on the contact parts, and what was wanted; or why it is not known."""
-    accuracy = solution.accuracy
-    what = {"bilateral": "u_t", "elastic": "u"}.get(solution.kind, "p and q")
-    if accuracy.unknown:
-        return wrapped(f"  error of {what} not known: ", [accuracy.unknown], separator=" ")
-    if not accuracy.is_known:
-        adaptive = accuracy.wanted is not None
-        return [f"  error of {what} not known: contact carries nothing"] * adaptive
-    wanted = "" if accuracy.wanted is None else f", {accuracy.wanted:.1e} wanted"
-    if not np.isfinite(accuracy.error):
-        return [f"  error of {what} not known: too few meshes are solved; {wanted[2:]}"]
-    error, elements = (
-        f"  error of {what}: {accuracy.error:.1e} estimated",
-        map(str, accuracy.elements),
-    )
-    if not np.isnan(accuracy.resultants):  # on surfaces
-        lines = [f"{error} in L2, of resultants {accuracy.resultants:.1e}{wanted}"]
-        return [*lines, *(wrapped("  elements: ", [*elements]) if wanted else [])]
-    if not wanted:
-        return [f"{error}, against half as many elements", *_ends(accuracy)]
-    meshes = [", ".join(elements)]
-    return [*wrapped(f"{error}{wanted}; elements ", meshes, separator=" "), *_ends(accuracy)]
-
-
-def _ends(accuracy: Accuracy) -> list[str]:
-    """The error with the ends of parts, which that above leaves out, and where tractions are
-    singular."""
-    if np.isnan(accuracy.with_ends):
-        return []
-    line = f"  with the ends of parts {accuracy.with_ends:.1e}"
+def _meshes(accuracy: Accuracy) -> list[str]:
+    """The meshes of an adaptive solve, and where tractions are singular."""
     places = [
         f"{printable(name)} at s = {', '.join(f'{s:.5g}' for s in at)}"
         for name, at in accuracy.singular.items()
     ]
-    return wrapped(f"{line}; tractions are singular: ", places) if places else [line]
+    return [
+        *(wrapped("  elements: ", [*map(str, accuracy.elements)]) if accuracy.wanted else []),
+        *(wrapped("  tractions are singular: ", places) if places else []),
+    ]
 
 
 def _method(solution: SolutionData) -> str:
@@ -241,31 +185,3 @@ def _method(solution: SolutionData) -> str:
         return f"{name}: {iterations}"
     rule = solution.provenance.rule or method.rule or "modified"
     return f"{name}, rule {rule}: {iterations}, rho {history.rho[0]:.6g} -> {solution.last.rho:.6g}"
-
-
-def _zones(solution: SolutionData, part: str) -> list[str]:
-    """Zones of a part, their ends with the digits that two meshes agree on, or that the elements
-    resolve in the middle of which they may lie."""
-
-    def half(at: float) -> float:
-        mesh = as_curve(solution.meshes[solution.sides[part][0]])
-        nodes = mesh.nodes_of(part)
-        nearest = nodes[np.argmin(np.abs(mesh.arc_length[nodes] - at))]
-        return float(sizes(mesh)[mesh.element[nearest]])
-
-    errors = solution.accuracy.zone_errors
-    errors = errors or [(half(zone.start), half(zone.end)) for zone in solution.zones]
-    return [
-        _zone(zone, *pair)
-        for zone, pair in zip(solution.zones, errors, strict=True)
-        if zone.part == part
-    ]
-
-
-def _zone(zone: Zone, start_error: float, end_error: float) -> str:
-    sign = {0: "", 1: " +", -1: " -"}[zone.sign]
-    start, end = (
-        f"{at:.{digits(error, at)}g}"
-        for at, error in ((zone.start, start_error), (zone.end, end_error))
-    )
-    return f"{zone.name}{sign} {start} .. {end}"

@@ -12,8 +12,8 @@ from ...given.tables.units import Units
 from ...runtime.terminal import printable
 from ..number import Number
 
-WIDTH, KEPT = 80, "\xa0"
-"""Of a line, and a space at which none is broken."""
+WIDTH, WIDEST, KEPT = 80, 100, "\xa0"
+"""Of a line, of a line of a table, and a space at which none is broken."""
 UNKNOWN, EXACT = 5, 7
 """Digits of a number whose error is not known or round-off, and the most that are shown."""
 POWERS = {"area": 0, "force": 0, "moment": 1, "volume": 1}
@@ -33,7 +33,7 @@ def digits(error: float, value: float) -> int:
 
 def told(number: Number, unit: str = "", others: bool = False) -> str:
     r"""A number with the digits that its error allows, its error and its unit; where errors of
-    others are known it is said that its own is not.
+    others are known a question mark stands for its own, which is not.
 
     >>> told(Number("force", "top", 1, 0, np.array([0.0, -55.2139]), "force", error=0.012), "N")
     '(0,\xa0-55.21)\xa0+-\xa00.02 N'
@@ -42,14 +42,15 @@ def told(number: Number, unit: str = "", others: bool = False) -> str:
     after = f" {printable(unit)}" if unit else ""
     if np.isinf(error):
         return "without a bound"
-    if number.size > 0.0 and error >= number.size:
-        return f"not resolved (0 +- {rounded_up(number.size + error)})".replace(" ", KEPT) + after
+    if error > 0.0 and error >= number.size:
+        return f"below {rounded_up(number.size + error)}".replace(" ", KEPT) + after
     # a component that is less than half of the error says nothing
     shown = [0.0 if abs(each) < 0.5 * error else float(each) for each in value]
     texts = [_to(each, error) for each in shown]
     text = f"({', '.join(texts)})" if len(texts) > 1 else texts[0]
-    after += " (error not known)" * bool(others and np.isnan(error))
-    return (text + (f" +- {rounded_up(error)}" if error > 0.0 else "")).replace(" ", KEPT) + after
+    off = " +- ?" * bool(others and np.isnan(error))
+    off += f" +- {rounded_up(error)}" if error > 0.0 else ""
+    return (text + off).replace(" ", KEPT) + after
 
 
 def _to(value: float, error: float) -> str:
@@ -121,3 +122,18 @@ def wrapped(head: str, items: list[str], separator: str = ",", width: int = WIDT
         break_on_hyphens=False,
     )
     return [line.replace(KEPT, " ").rstrip() for line in lines] or [""]
+
+
+def table(columns: dict[str, list[str]]) -> list[str]:
+    """Lines of a table, as many of its columns as are not empty and fit into `WIDEST`.
+
+    >>> table({"step": ["1 press", "2 pull"], "energy": ["", "0.66"], "slip": ["", ""]})
+    ['    step     energy', '    1 press', '    2 pull   0.66']
+    """
+    rows = [""] * (1 + max(map(len, columns.values())))
+    for heading, cells in columns.items():
+        texts = [cell.replace(KEPT, " ") for cell in (heading, *cells)]
+        wide = max(map(len, rows)) + 2 if any(rows) else 4
+        if any(cells) and wide + max(map(len, texts)) <= WIDEST:
+            rows = [f"{row:<{wide}}{text}" for row, text in zip(rows, texts, strict=True)]
+    return [row.rstrip() for row in rows]
