@@ -51,7 +51,7 @@ class Teller:
     def __init__(self, solution: SolutionData, verbose: bool) -> None:
         self.solution, self.verbose = solution, verbose
         self.numbers = {number.key: number for number in solution.numbers}
-        self.some = any(np.isfinite(number.error) for number in self.numbers.values())
+        self.some = any(0.0 < number.error < np.inf for number in self.numbers.values())
         self.axial = solution.problem.symmetry == "axial"
         self.size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
         self.power = next(iter(solution.meshes.values())).weight_power
@@ -92,6 +92,8 @@ class Teller:
         """An area in per cent of another one."""
         parts = 100.0 * number.value / whole, 100.0 * number.error / whole
         share = replace(number, value=parts[0], error=parts[1], scale=0.0)
+        if share.error >= max(share.size, 100.0 - share.size):
+            return "?"
         exact = share.error < 0.05 and abs(parts[0][0] - round(float(parts[0][0]))) < 0.05
         return f"{parts[0][0]:.0f} %" if exact else told(share, "%", self.some)
 
@@ -178,14 +180,14 @@ def law_words(posed: Any) -> list[str]:
     named = [
         f"{name} {value if isinstance(value, float) else value_text(value)}"
         for name, value in given.items()
-        if value is not None
+        if value not in (None, 0.0)
     ]
-    friction = [] if (coefficient, bound) != (None, None) else ["without friction"]
+    friction = [] if _rubs(law) else ["without friction"]
     return [f"{law.normal} contact", *friction, *map(printable, named)]
 
 
 def _rubs(law: Any) -> bool:
-    return (law.friction_coefficient, law.friction_bound) != (None, None)
+    return {law.friction_coefficient, law.friction_bound} - {None, 0.0} != set()
 
 
 def _force_words(tell: Teller, posed: Any) -> dict[str, str]:
@@ -259,12 +261,12 @@ def _pair(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
     if law.normal == "bonded" or posed.periodic:
         return
     moved = {"largest slip": "largest |u_t|" if bilateral else "largest slip", ENERGY: ENERGY}
-    if bilateral and step is tell.solution.last:
+    if bilateral and _rubs(law) and step is tell.solution.last:
         yield from zones_of(tell.solution, posed.part)
     if not bilateral:
         yield from _area(tell, step, posed)
         yield from _gaps(tell, step, name, law)
-    elif tell.power > 1:
+    elif tell.power > 1 and _rubs(law):
         yield f"slips on {_shares(tell, step, posed)[1]} of it"
     if tell.verbose or (_rubs(law) and tell.is_told(step, name, moved)):
         yield from tell.items(step, name, moved)
