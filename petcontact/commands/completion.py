@@ -14,15 +14,19 @@ add_arguments = options(
 )
 """The options of `petcontact completion`."""
 SCRIPT = """
-_petcontact() {{
-    local word=${{COMP_WORDS[COMP_CWORD]}} words
-    case ${{COMP_WORDS[1]}} in
-{cases}
-        *) words='' ;;
-    esac
-    ((COMP_CWORD == 1)) && words='{commands}'
+_petcontact() {
+    local word=${COMP_WORDS[COMP_CWORD]} command=${COMP_WORDS[1]} words
+    if ((COMP_CWORD == 1)); then
+        words='@COMMANDS'
+    elif [[ $word == -* ]]; then
+        words=$(petcontact "$command" --help 2>/dev/null | grep -oE -- '--[a-z][a-z-]+' | sort -u)
+    elif [[ ${COMP_WORDS[COMP_CWORD-1]} == --kind ]]; then
+        words='@KINDS'
+    elif [[ $command == help ]]; then
+        words='@CHAPTERS'
+    fi
     COMPREPLY=($(compgen -W "$words" -- "$word"))
-}}
+}
 complete -o default -F _petcontact petcontact
 """
 """For bash; files are completed where no word fits."""
@@ -30,23 +34,13 @@ complete -o default -F _petcontact petcontact
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print; needs no PETSc."""
-    from .main import COMMANDS, parser_of
+    from ..manual import topics
+    from .init import KINDS
+    from .parsers import COMMANDS
 
-    cases = list[str]()
-    for name in COMMANDS:
-        parser = parser_of(name)[1]
-        words = [word for word in parser._option_string_actions if word.startswith("--")]
-        words += [
-            str(choice)
-            for action in parser._actions
-            for choice in action.choices or ()
-            if name in ("init", "completion")
-        ]
-        if name == "help":
-            from ..manual import topics
-
-            words += topics()
-        cases.append(f"        {name}) words='{' '.join(words)}' ;;")
+    script = SCRIPT
+    for name, words in (("COMMANDS", COMMANDS), ("KINDS", KINDS), ("CHAPTERS", topics())):
+        script = script.replace(f"@{name}", " ".join(words))
     start = "autoload -U +X bashcompinit && bashcompinit\n" if arguments.shell == "zsh" else ""
-    print(start + SCRIPT.format(cases="\n".join(cases), commands=" ".join(COMMANDS)), end="")
+    print(start + script, end="")
     return 0

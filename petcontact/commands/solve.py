@@ -122,19 +122,28 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
         number = stop()
     if first:
         try:
-            if not quiet:
+            if not arguments.quiet:
                 report_ignored(case, solution.accuracy.wanted is not None)
-            told = solution.verdict(arguments.verbose).split("\n")
-            say("\n".join(told[:1] if quiet else [*told, f"  result: {output}{meshes.said}"]))
-            if not (arguments.no_figures or number):
-                drawn = draw(solution, output, pictures, whole=bool(arguments.figures))
-                for line in () if quiet else drawn:
-                    say(line)
+            _tell(arguments, solution, output, None if number else pictures, meshes.said)
         except Interrupted as late:
             number = late.number
     if number:
         raise Interrupted(number, saved_text(solution, output))
     return STATUS[solution.status]
+
+
+def _tell(
+    arguments: argparse.Namespace, solution: Any, output: Path, pictures: Path | None, said: str
+) -> None:
+    """Print the verdict and draw; with --quiet its first line only, and no names of files."""
+    from ..runtime.terminal import say
+
+    lines = solution.verdict(arguments.verbose).split("\n")
+    say(lines[0] if arguments.quiet else "\n".join([*lines, f"  result: {output}{said}"]))
+    if not (arguments.no_figures or pictures is None):
+        for line in draw(solution, output, pictures, whole=bool(arguments.figures)):
+            if not arguments.quiet:
+                say(line)
 
 
 def _targets(arguments: argparse.Namespace, case: Any) -> tuple[Path, Path]:

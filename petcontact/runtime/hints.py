@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from typing import Any, TypeVar
 
 from ..errors import InputError
@@ -37,10 +37,22 @@ SYNONYMS = {
     "cuboid": "box",
 }
 """What others call it."""
+SPELLINGS = {"center": "centre", "centre": "center"}
+"""Of keys."""
 UNIT = re.compile(
     r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s+(?!(?:[xyzs]|n[xyz]|pi)\b)[A-Za-zµ°%][\w/*^²³·%]*"
 )
 """A number, a space, and what is no variable of ours."""
+
+
+def known_key(key: Any, fields: Container[str], given: Container[Any]) -> Any:
+    """A key, or its other spelling where a table has that one and it is not given, too.
+
+    >>> known_key("center", {"centre"}, {"center"}), known_key("x", {"centre"}, {"x"})
+    ('centre', 'x')
+    """
+    other = SPELLINGS.get(key, key)
+    return other if key not in fields and other in fields and other not in given else key
 
 
 def nearest(given: Any, names: list[str]) -> str:

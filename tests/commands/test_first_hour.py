@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from petcontact import Circle, Material, solve
-from petcontact.commands.main import COMMANDS, main
+from petcontact.commands.main import main
+from petcontact.commands.parsers import COMMANDS
 from petcontact.errors import EXTRAS, InputError, installed_by
 
 ROOT = Path(__file__).parents[2]
@@ -48,8 +49,9 @@ def test_quiet_prints_one_line(tmp_path, monkeypatch, capfd):
 def test_a_shell_completes_commands_and_options(capsys):
     assert main(["completion"]) == 0
     script = capsys.readouterr().out
+    program = f'petcontact() {{ {sys.executable} -m petcontact "$@"; }}\n'
     asked = "COMP_WORDS=(petcontact solve --fig); COMP_CWORD=2; _petcontact; echo ${COMPREPLY[@]}"
-    words = subprocess.run(["bash", "-c", script + asked], capture_output=True, text=True)
+    words = subprocess.run(["bash", "-c", program + script + asked], capture_output=True, text=True)
     assert words.stdout.split() == ["--figures"]
     asked = "COMP_WORDS=(petcontact ''); COMP_CWORD=1; _petcontact; echo ${COMPREPLY[@]}"
     words = subprocess.run(["bash", "-c", script + asked], capture_output=True, text=True)

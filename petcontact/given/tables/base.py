@@ -16,7 +16,7 @@ import pydantic_core
 
 from ...arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ...errors import InputError
-from ...runtime.hints import nearest, number_refused
+from ...runtime.hints import known_key, nearest, number_refused
 from ..expressions import parse_expression
 from .frozen import Frozen
 from .model_tree import models_at, stands_in
@@ -54,8 +54,6 @@ MATCHED = {
 Name = Annotated[str, pydantic.Field(min_length=1, pattern=NAME)]
 Vector = pydantic.Field(min_length=2, max_length=3)
 """As many components as the body has dimensions."""
-SPELLINGS = {"center": "centre", "centre": "center"}
-"""Of keys: one that a table does not have stands for the other."""
 SHOWN = 3
 """Mistakes of a file that are named at once: more would not be one line."""
 LONGEST_EXPRESSION = 500
@@ -253,26 +251,17 @@ class Model(Frozen, metaclass=_OneLine):
         """Names go into files and file names; expressions may have several lines, and a title is
         printed with all that is no letter written out. The other spelling of a key is taken."""
         if isinstance(data, dict):
-            data = {cls._known(key, data): value for key, value in data.items()}
+            data = {known_key(key, cls.model_fields, data): data[key] for key in data}
         for key, value in data.items() if isinstance(data, dict) else ():
             field = cls.model_fields.get(key)
             lines = field and any(isinstance(m, pydantic.PlainValidator) for m in field.metadata)
-            refused = NOT_IN_LINES if lines else NOT_IN_NAMES
-            refused = NOT_IN_TITLES if key == "title" else refused
+            refused = NOT_IN_TITLES if key == "title" else NOT_IN_LINES if lines else NOT_IN_NAMES
             for text in value if isinstance(value, (list, tuple, dict)) else (value,):
                 if isinstance(text, str) and refused.search(text):
                     raise pydantic_core.PydanticCustomError(
                         "control", f"has a character below 32, got {_shown(text)}", {"key": key}
                     )
         return data
-
-    @classmethod
-    def _known(cls, key: Any, data: dict[Any, Any]) -> Any:
-        """A key, or its other spelling where the model has that one and the data have not."""
-        other = SPELLINGS.get(key)
-        return (
-            other if key not in cls.model_fields and other in {*cls.model_fields} - {*data} else key
-        )
 
     @classmethod
     def spelling(cls, data: Any) -> type[Model]:

@@ -8,7 +8,7 @@ from ...model.problem import ONE_BODY
 from ...runtime.terminal import printable
 from ..number import Number
 from ..peaks import QUANTITIES
-from .steps import Teller
+from .teller import Teller
 from .text import place_of, wrapped
 
 LISTED = 3

@@ -12,8 +12,10 @@ from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..report import Accuracy, Finding
+from .pairs import pair_lines
 from .peaks import peak_lines
-from .steps import Teller, pair_lines, progress_lines, reaction_lines, wear_lines
+from .steps import progress_lines, reaction_lines, wear_lines
+from .teller import Teller
 from .text import wrapped
 
 CHECKS = {

@@ -62,7 +62,7 @@ def _to(value: float, error: float) -> str:
     if value == 0.0:
         return "0"
     if not error > 0.0:
-        rounded = float(f"{value:.{UNKNOWN}g}")
+        rounded = float(f"{value:.{UNKNOWN if np.isnan(error) else EXACT}g}")
         return f"{rounded:.{EXACT}g}"
     leading = math.floor(math.log10(abs(value)))
     decimals = min(-math.floor(math.log10(float(rounded_up(error)))), EXACT - 1 - leading)

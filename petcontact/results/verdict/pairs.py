@@ -1,0 +1,241 @@
+"""The lines of a verdict on interfaces: a table of steps, or what the only step does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...contact.friction_law import lengths
+from ...contact.law_protocol import OPEN
+from ...model.problem import ONE_BODY
+from ...model.summary import value_text
+from ...round_off import WRITTEN
+from ...runtime.terminal import printable
+from ..number import ENERGY
+from ..numbers import maximum
+from ..records import PairResult, StepResult
+from .teller import AXIAL, Teller, label
+from .text import table, wrapped
+from .zones import zones_of
+
+FEW = 4
+"""Closed nodes along each direction of an interface up to which its pressure is not resolved."""
+HEADINGS = {ENERGY: "energy", "largest slip": "slip"}
+"""Of columns, where they are not the names of numbers."""
+SHOWN = 6
+"""Steps that a table shows: the first ones and the last."""
+
+
+def pair_lines(tell: Teller) -> list[str]:
+    """Of each interface its law, and what it does: in items after the only step, else in a table
+    of steps."""
+    lines, ends = list[str](), tell.ends
+    there = ends[-1].pairs if ends else {}
+    shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
+    for posed in (each for each in tell.solution.problem.interfaces if each.name in there):
+        lines += wrapped(f"  {printable(posed.name)}: ", [*_sides(tell, posed), *law_words(posed)])
+        several = len(ends) > 1 and posed.law.normal != "bonded"
+        lines += _table(tell, posed, shown) if several else []
+        for step in shown if tell.verbose else ends[-1:]:
+            lines += _items(tell, step, posed, in_table=several and not tell.verbose)
+    left = len(ends) - len(shown)
+    return [*lines, *[f"  ... {left} more steps: petcontact show FILE --json"] * bool(left)]
+
+
+def _items(tell: Teller, step: StepResult, posed: Any, *, in_table: bool) -> list[str]:
+    """Lines of items; only what is wrong with a pair that is told in a table."""
+    items = [] if in_table else [*_pair(tell, step, posed)]
+    items += _defects(step.pairs[posed.name], tell, posed.law)
+    if items and len(tell.ends) > 1 and tell.verbose:
+        items[0] = f"{label(step)}: {items[0]}"
+    return wrapped("    ", items) if items else []
+
+
+def _sides(tell: Teller, posed: Any) -> Iterator[str]:
+    """What acts on what, where names of bodies say it."""
+    problem = tell.solution.problem
+    bodies = [printable(each.name) for each in problem.body]
+    names = ["" if name == ONE_BODY else f"{name}." for name in bodies]
+    if posed.primary is not None or posed.obstacle is not None:
+        other = (
+            f"{names[posed.primary[0]]}{printable(posed.primary[1])}"
+            if posed.primary is not None
+            else printable(problem.obstacle[posed.obstacle].name)
+        )
+        yield f"{other} on {names[posed.body]}{printable(posed.part)}"
+
+
+def law_words(posed: Any) -> list[str]:
+    """The items of a pair's law in words."""
+    law = posed.law
+    if posed.periodic:
+        return ["periodic"]
+    if law.normal == "bonded":
+        return ["bonded"]
+    coefficient, bound = law.friction_coefficient, law.friction_bound
+    given = {
+        "friction coefficient": coefficient,
+        "friction bound": bound,
+        "wear coefficient": law.wear_coefficient,
+    }
+    named = [
+        f"{name} {value_text(value)}"
+        for name, value in given.items()
+        if value is not None and value.source != 0.0
+    ]
+    friction = [] if _rubs(law) else ["without friction"]
+    return [f"{law.normal} contact", *friction, *map(printable, named)]
+
+
+def _rubs(law: Any) -> bool:
+    """Whether there is friction; a coefficient or a bound of 0 is none."""
+    given = (law.friction_coefficient, law.friction_bound)
+    return any(each is not None and each.source != 0.0 for each in given)
+
+
+def _force_words(tell: Teller, posed: Any) -> dict[str, str]:
+    """Names of the force on the secondary, and of its moment where that says something."""
+    body = printable(tell.solution.problem.body[posed.body].name)
+    on = "the body" if body == ONE_BODY else body
+    if tell.axial:
+        return {name: f"{word} on {on}" for name, word in AXIAL.items()}
+    return {"force": f"force on {on}"} | ({"moment": "moment"} if tell.verbose else {})
+
+
+def _table(tell: Teller, posed: Any, steps: Sequence[StepResult]) -> list[str]:
+    """A line for each step: force, largest p, what is closed and slips, friction used, energy."""
+    cycles, rubs = any(step.cycle for step in steps), _rubs(posed.law)
+    areas = [_shares(tell, step, posed) for step in steps]
+    after = [f" ({step.cycle})" * cycles for step in steps]
+    columns = {
+        "step": [
+            f"{step.step} {printable(step.name)[:12]}{cycle}"
+            for step, cycle in zip(steps, after, strict=True)
+        ],
+        **_column(tell, posed, steps, "force"),
+        **(_column(tell, posed, steps, "moment") if tell.axial or tell.verbose else {}),
+        **_column(tell, posed, steps, "largest p"),
+        "closed": [area[0] for area in areas],
+        "slips": [area[1] for area in areas if rubs],
+        "used": [area[2] for area in areas if rubs],
+        **(_column(tell, posed, steps, ENERGY) if rubs else {}),
+        **(_column(tell, posed, steps, "largest slip") if rubs else {}),
+    }
+    return table({heading: cells for heading, cells in columns.items() if any(cells)})
+
+
+def _column(
+    tell: Teller, posed: Any, steps: Sequence[StepResult], name: str
+) -> dict[str, list[str]]:
+    """A number after steps, by its heading; nothing where all are 0."""
+    numbers = [tell.get(step, posed.name, name) for step in steps]
+    known = [number for number in numbers if number is not None]
+    heading = AXIAL.get(name, name) if tell.axial else HEADINGS.get(name, name)
+    unit = tell.unit(known[0].unit) if known else ""
+    cells = [
+        "" if number is None else tell.number(number, unit=False, place=False) for number in numbers
+    ]
+    told = any(number.size > 0.0 for number in known)
+    return {f"{heading} [{unit}]" if unit else heading: cells} if told else {}
+
+
+def _shares(tell: Teller, step: StepResult, posed: Any) -> tuple[str, str, str]:
+    """What is closed, what of it slips, and how much of its friction is used."""
+    area, slips = (tell.get(step, posed.name, key) for key in ("contact area", "slipping"))
+    if area is None or slips is None or not area.size:
+        return "0", "", ""
+    used = step.pairs[posed.name].friction_used
+    # of less friction three digits would show noise
+    friction = f"{used:.3g}" if used > 0.005 else ""
+    whole = float(step.pairs[posed.name].weight.sum())
+    return tell.share(area, whole), tell.share(slips, area.size), friction
+
+
+def _pair(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
+    """What a pair does at the end of a step, item by item."""
+    pair, name = step.pairs[posed.name], posed.name
+    yield from tell.items(step, name, _force_words(tell, posed))
+    if tell.verbose and pair.force_primary is not None:
+        primary = {"force on the primary": "on the primary", "moment on the primary": "moment"}
+        yield from tell.items(step, name, primary)
+        yield f"imbalance {pair.imbalance:.1e}"
+    if tell.is_told(step, name, pressure := {"largest p": "largest p"}):
+        yield from tell.items(step, name, pressure)
+    if posed.law.normal == "bonded" or posed.periodic:
+        yield from tell.items(step, name, {"largest q": "largest q"} if tell.verbose else {})
+    elif tell.solution.kind == "bilateral":
+        yield from _slides(tell, step, posed)
+    else:
+        yield from _touches(tell, step, posed)
+
+
+def _slides(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
+    """Shear, zones and slip of bilateral contact."""
+    if not (_rubs(posed.law) or tell.verbose):
+        return
+    yield from tell.items(step, posed.name, {"largest q": "largest q"})
+    if tell.power > 1:
+        yield f"slips on {_shares(tell, step, posed)[1]} of it"
+    else:
+        yield from zones_of(tell.solution, posed.part)
+    yield from tell.items(step, posed.name, {"largest slip": "largest |u_t|", ENERGY: ENERGY})
+
+
+def _touches(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
+    """What is closed and slips, gaps, and wear."""
+    name, law = posed.name, posed.law
+    moved = {"largest slip": "largest slip", ENERGY: ENERGY}
+    yield from tell.items(step, name, {"largest q": "largest q"} if tell.verbose else {})
+    yield from _area(tell, step, posed)
+    yield from _gaps(tell, step, name, law)
+    if tell.verbose or (_rubs(law) and tell.is_told(step, name, moved)):
+        yield from tell.items(step, name, moved)
+    worn = {"worn volume": "worn volume", "worn depth": "largest depth"}
+    yield from tell.items(step, name, worn)
+
+
+def _area(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
+    """What is closed, and where there is friction the share of it that slips."""
+    area = tell.get(step, posed.name, "contact area")
+    if area is None:
+        return
+    what = "contact width" if tell.power == 1 else "contact area"
+    whole = float(step.pairs[posed.name].weight.sum())
+    yield f"{what} {tell.number(area)} of {whole:.5g}"
+    _, slips, used = _shares(tell, step, posed)
+    if _rubs(posed.law) and slips:
+        yield f"{slips} of it slips"
+        yield from [f"|Q|/(mu N) {used}"] * bool(used)
+
+
+def _gaps(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[str]:
+    """The overlap before any load; in full the first gap, too, and the largest that is left."""
+    solution, pair = tell.solution, step.pairs[name]
+    mesh, faced = solution.meshes[solution.sides[name][0]], np.isfinite(pair.gap)
+    left = maximum(mesh, solution.nodes[name], np.where(faced, pair.gap, 0.0))[0]
+    first = solution.provenance.distance.get(name, 0.0) if step.step == 1 else 0.0
+    gaps = {"first overlap": -first}
+    gaps |= {"first gap": first, "largest gap left": left} if tell.verbose else {}
+    for words, value in gaps.items() if law.normal == "unilateral" else ():
+        if WRITTEN * tell.size < value < np.inf:
+            yield f"{words} {value:.3g} {tell.unit('length')}".rstrip()
+
+
+def _defects(pair: PairResult, tell: Teller, law: Any) -> Iterator[str]:
+    """What a mesh leaves of the conditions of contact, and what an iteration leaves, which the
+    residuals tell, too."""
+    closed, p = pair.state != OPEN, pair.pressure
+    count, faced = np.count_nonzero(closed), np.isfinite(pair.gap)
+    if 0 < count < min(len(p), FEW ** pair.tangent.shape[1] + 1):
+        yield f"ONLY {count} of {len(p)} nodes closed: p is not resolved, refine the mesh there"
+    if pair.tension_share > 0.0:
+        most = f"{float(f'{-float(p.min()):.3g}'):g} {tell.unit('stress')}".strip()
+        share = f"pulls on {100.0 * pair.tension_share:.3g} % of it: bilateral contact cannot open"
+        yield f"tension up to {most}" if law.normal == "bonded" else share
+    if tell.verbose:
+        penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
+        excess = float(np.maximum(lengths(pair.sigma_t) - pair.bound, 0.0).max(initial=0.0))
+        yield f"penetration {penetration:.1e}"
+        yield f"|q| over its bound by {excess:.1e}"

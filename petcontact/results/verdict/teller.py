@@ -1,0 +1,97 @@
+"""What tells the numbers of a solution, for all lines of a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ...runtime.terminal import printable
+from ..data import SolutionData
+from ..number import Number
+from ..records import StepResult
+from .text import place_of, told, unit_of
+
+AXIAL = {"force": "axial force", "moment": "torque"}
+"""What a force and a moment of a body of revolution are."""
+
+
+class Teller:
+    """Tells the numbers of a solution.
+
+    Attributes
+    ----------
+    solution : SolutionData
+    numbers : dict of Number by key
+    some : bool
+        Whether the error of any number is known.
+    axial : bool
+        Whether the bodies are those of revolution, whose vectors are told along the axis.
+    size : float
+        Largest coordinate [length].
+    verbose : bool
+        Whether all numbers are shown.
+    ends : list of StepResult
+        The last solutions of the steps.
+    """
+
+    def __init__(self, solution: SolutionData, verbose: bool) -> None:
+        self.solution, self.verbose = solution, verbose
+        self.numbers = {number.key: number for number in solution.numbers}
+        self.some = any(0.0 < number.error < np.inf for number in self.numbers.values())
+        self.axial = solution.problem.symmetry == "axial"
+        self.size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
+        self.power = next(iter(solution.meshes.values())).weight_power
+        self.ends = list({(step.step, step.cycle): step for step in solution.steps}.values())
+
+    def unit(self, kind: str) -> str:
+        """The user's name of a unit."""
+        return unit_of(kind, self.solution.problem.units, self.power)
+
+    def number(self, number: Number, unit: bool = True, place: bool = True) -> str:
+        """With its unit, and where it is."""
+        if self.axial and number.place is None and len(number.value) > 1 and not self.verbose:
+            number = replace(number, value=number.value[1:2])
+        text = told(number, self.unit(number.unit) if unit else "", self.some)
+        # what is not resolved has no place
+        located = number.place is not None and number.size > 0.0 and not number.size <= number.error
+        if number.place is None or not place or not (located or np.isinf(number.error)):
+            return text
+        return f"{text} at {place_of(number.place, self.size)}"
+
+    def get(self, step: StepResult, of: str, name: str) -> Number | None:
+        """A number at the end of a step."""
+        return self.numbers.get((name, of, step.step, step.cycle))
+
+    def is_told(self, step: StepResult, of: str, names: Mapping[str, str]) -> bool:
+        """Whether one of some numbers is not 0."""
+        numbers = [self.get(step, of, name) for name in names]
+        return any(number is not None and number.size > 0.0 for number in numbers)
+
+    def items(self, step: StepResult, of: str, names: Mapping[str, str]) -> Iterator[str]:
+        """Those of some numbers that there are, by their names, each with the words before it."""
+        for name, words in names.items():
+            number = self.get(step, of, name)
+            if number is not None:
+                yield f"{words} {self.number(number)}"
+
+    def share(self, number: Number, whole: float) -> str:
+        """An area in per cent of another one."""
+        parts = 100.0 * number.value / whole, 100.0 * number.error / whole
+        share = replace(number, value=parts[0], error=parts[1], scale=0.0)
+        if share.error >= max(share.size, 100.0 - share.size):
+            return "?"
+        exact = share.error < 0.05 and abs(parts[0][0] - round(float(parts[0][0]))) < 0.05
+        return f"{parts[0][0]:.0f} %" if exact else told(share, "%", self.some)
+
+    def step_words(self) -> str:
+        """Which step the last one is, where there are several."""
+        last = self.ends[-1] if self.ends else None
+        return f" after {label(last)}" if last and len(self.ends) > 1 else ""
+
+
+def label(step: StepResult) -> str:
+    """The number and the name of a step, and its cycle."""
+    cycle = f", cycle {step.cycle}" if step.cycle else ""
+    return f"step {step.step} ({printable(step.name)}){cycle}"
