@@ -100,7 +100,7 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
     from ..pipeline.solve import adapts_itself, solve
     from ..results.hdf5 import write_solution
 
-    status = StatusLine(first and not quiet and sys.stderr.isatty(), first and not quiet)
+    status = StatusLine(sys.stderr.isatty() and first > quiet, first > quiet)
     tolerance = case.method.tolerance
     meshes = Meshes(status, output, replaces=is_replaced(arguments, output), quiet=quiet)
     with stopping(comm, meshes.saved) as stop:
@@ -112,8 +112,8 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
             return stop.reason
 
         with contextlib.closing(status), in_file(arguments.config):
-            announce = announcer(status, way is not solve or adapts_itself(case))
-            shown: dict[str, Any] = {"announce": None if quiet else announce, "reached": meshes}
+            announce = announcer(status, way is not solve or adapts_itself(case), quiet=quiet)
+            shown: dict[str, Any] = {"announce": announce, "reached": meshes}
             solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
@@ -122,8 +122,7 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
         number = stop()
     if first:
         try:
-            if not arguments.quiet:
-                report_ignored(case, solution.accuracy.wanted is not None)
+            report_ignored(case, solution.accuracy.wanted is not None, quiet=quiet)
             _tell(arguments, solution, output, None if number else pictures, meshes.said)
         except Interrupted as late:
             number = late.number
@@ -218,7 +217,7 @@ def solver(arguments: argparse.Namespace, problem: Any) -> Callable[..., Any]:
 
 
 def announcer(
-    status: Any, adaptive: bool
+    status: Any, adaptive: bool, *, quiet: bool
 ) -> Callable[[int, int, float, float], Callable[[float], None]]:
     """Announces what will take a while, the whole solve or one of its meshes, and shows on the
     status line how far it is."""
@@ -233,7 +232,7 @@ def announcer(
     ) -> Callable[[float], None]:
         nonlocal began
         began = time.perf_counter()
-        if seconds > SOON:
+        if seconds > SOON and not quiet:
             size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
             what = "for this mesh" if adaptive else "of processor time"
             print(f"petcontact: {size}: about {seconds:.0f} s {what}", file=sys.stderr, flush=True)
@@ -345,10 +344,10 @@ def report_unused(first: bool) -> None:
         print(f"petcontact: PETSc option {name} was not used by any object{hint}", file=sys.stderr)
 
 
-def report_ignored(case: Any, adaptive: bool) -> None:
+def report_ignored(case: Any, adaptive: bool, *, quiet: bool) -> None:
     """Name the keys of the config that the method that ran does not read."""
     method, keys = case.method, case.ignored(adaptive=adaptive)
-    if keys:
+    if keys and not quiet:
         who = "an adaptive solve" if adaptive else method.resolved_name
         rule = f" with rule {method.rule}" if method.rule and who == "projection" else ""
         print(f"petcontact: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
