@@ -40,9 +40,8 @@ SMOOTH = 0.75
 The power is 1 at a curvature, 0 at a kink, -1 at a jump, which is below -`SMOOTH`."""
 
 
-def samples_of(text: str, way: Way) -> Array:
-    """Return increasing fractions (n,) in [0, 1] that resolve every peak of an expression on a
-    side.
+def features_of(text: str, way: Way) -> tuple[Array, Array]:
+    """Return where every peak of an expression on a side lies, and fractions that resolve it.
 
     Parameters
     ----------
@@ -50,6 +49,13 @@ def samples_of(text: str, way: Way) -> Array:
         An expression.
     way : callable
         The side, see `Way`.
+
+    Returns
+    -------
+    centres : (k,) array
+        Fractions in [0, 1] at which sub-expressions vanish or have an extremum, and both ends.
+    samples : (n,) array
+        Increasing fractions in [0, 1].
 
     Raises
     ------
@@ -71,7 +77,7 @@ def samples_of(text: str, way: Way) -> Array:
         if len(centres):
             done, samples = np.append(done, centres), _around(centres, samples)
             names = way(samples).names
-    return samples
+    return done, samples
 
 
 def kinks(

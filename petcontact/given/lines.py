@@ -84,7 +84,7 @@ class Line:
             fractions = np.linspace(0.0, 1.0, max(OWN_SAMPLES, int(enough)))
             return np.empty((2, 0)), fractions, values(fractions)
         values(np.array([0.0, 1.0]))  # what cannot be read is refused by its key
-        samples = [datum.samples(self.sites) for datum in data if datum.varies]
+        samples = [datum.features(self.sites)[1] for datum in data if datum.varies]
         fractions = np.unique(np.concatenate([np.linspace(0.0, 1.0, OWN_SAMPLES), *samples]))
         sampled, switches = values(fractions), [np.empty((2, 0))]
         far = float(np.abs([self.side.start, self.side.end]).max()) / self.side.length

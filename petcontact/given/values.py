@@ -19,7 +19,7 @@ import simpleeval
 from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
 from .expressions import FUNCTIONS, parse_expression, plain_value, shown
-from .features import degree, samples_of, uniform
+from .features import degree, features_of, uniform
 from .sites import Sites, Way
 
 
@@ -91,9 +91,10 @@ class Given(abc.ABC):
         """Degree as a polynomial on a straight line, infinite for all other functions."""
         return math.inf
 
-    def samples(self, way: Way) -> Array:
-        """Return increasing fractions (n,) of a line between which the values are resolved."""
-        return uniform()
+    def features(self, way: Way) -> tuple[Array, Array]:
+        """Return fractions (k,) of a line at which the values may be narrow, and increasing ones
+        (n,) between which they are resolved."""
+        return np.empty(0), uniform()
 
     @property
     def words(self) -> str:
@@ -175,8 +176,8 @@ class Expression(Given):
     def degree(self) -> float:
         return degree(self.source)
 
-    def samples(self, way: Way) -> Array:
-        return samples_of(self.source, way)
+    def features(self, way: Way) -> tuple[Array, Array]:
+        return features_of(self.source, way)
 
     @property
     def words(self) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,10 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index, Rows
+from ..given.values import Given
 from .boundary_mesh import BoundaryMesh
 from .pairs.ray_casting import Faces
+from .rough_places import rough_places
 
 WITHIN = 1.0 - 2e-7
 """Share of a cell that its points span. If a function jumps at the end of an element, the points
@@ -39,10 +41,11 @@ MOST_CELLS = 8000
 """Largest number of cells that are cut at once; a function with more is rough everywhere."""
 NUDGE = 1e-5
 """Step of the differences that give a face's tangents, over the face; their errors are 1e-10."""
-WHOLE, EACH = 1e-3, 5e-2
+TOTAL, MEAN, EACH = 1e-6, 1e-3, 5e-2
 """Accepted error of a function's integral by its nodal values, over the integral of its size [-].
-`WHOLE` bounds the error on a part, a tenth of the default accuracy. `EACH` bounds the sum over
-elements, in which smooth loads move within elements."""
+`TOTAL` bounds that of a load on a part, to the digits that are printed; `MEAN` that of a
+displacement, whose integral acts on nothing: rigid rotations of curved elements are right at their
+nodes. `EACH` bounds the sum over elements, in which smooth loads move within elements."""
 
 Function = Callable[[Index, Array, Array, Array], Array]
 """Function that returns values (q, c) at positions on elements, from points and normals (q, d)."""
@@ -113,13 +116,13 @@ class Samples:
         solution = scipy.sparse.linalg.spsolve((weighted @ basis).tocsc(), weighted @ self.values)
         return np.asarray(solution).reshape(len(nodes), -1)
 
-    def misses(self, nodal: Array) -> bool:
+    def misses(self, nodal: Array, accepted: float) -> bool:
         """Return whether polynomials through nodal values (n, c) have wrong integrals."""
         left = self.left(nodal)
         lost = np.stack([self.over_elements(column) for column in left.T])
         size = float(self.weight @ np.linalg.norm(self.values, axis=1))
         whole, each = np.linalg.norm(lost.sum(axis=1)), np.linalg.norm(lost, axis=0).sum()
-        return bool(whole > WHOLE * size or each > EACH * size)
+        return bool(whole > accepted * size or each > EACH * size)
 
     def rough(self, values: Array) -> Array:
         """Return values (q, c) minus their best polynomials of each element's degree."""
@@ -138,11 +141,13 @@ class Samples:
         return result
 
 
-def sampled(mesh: BoundaryMesh, part: str, function: Function, name: Hashable) -> Samples:
+def sampled(
+    mesh: BoundaryMesh, part: str, function: Function, data: Sequence[Given], name: Hashable
+) -> Samples:
     """Return samples of a function on a part.
 
-    They lie in cells of its elements. A cell is halved where the function differs from the cubic
-    through its points.
+    They lie in cells of its elements, which end where data may be rough. A cell is halved where the
+    function differs from the cubic through its points.
 
     Parameters
     ----------
@@ -150,19 +155,21 @@ def sampled(mesh: BoundaryMesh, part: str, function: Function, name: Hashable) -
     part : str
     function : callable
         See `Function`.
+    data : sequence of Given
+        What the function is made of.
     name : hashable
         Name of the function on this part, by which the mesh stores the samples.
     """
     samples: Samples | None = mesh.functions.get((part, name))
     if samples is None:
-        samples = mesh.functions[part, name] = _sampled(mesh, part, function)
+        samples = mesh.functions[part, name] = _sampled(mesh, part, function, data)
     return samples
 
 
-def _sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:
+def _sampled(mesh: BoundaryMesh, part: str, function: Function, data: Sequence[Given]) -> Samples:
     elements, faces = mesh.faces(part)
     rule = functools.partial(_rule, mesh, faces, elements, function)
-    cells, done = _first(len(elements), mesh.dim - 1, rule), list[Cells]()
+    cells, done = _first(len(elements), rough_places(mesh, part, data), rule), list[Cells]()
     square = 0.0
     # a cell is halved 14 times along each direction
     for _ in range(14 * (mesh.dim - 1)):
@@ -179,16 +186,33 @@ def _sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:
     return Cells.joined([*done, cells]).samples(mesh, elements, 2.0 * math.sqrt(square))
 
 
-def _first(count: int, d: int, rule: Callable[..., Any]) -> Cells:
-    """Return the first cells of elements, about `ACROSS` across all of them."""
-    across = max(1, math.ceil(ACROSS / count ** (1.0 / d)))
-    grid = np.array(list(itertools.product(range(across), repeat=d))) / across
-    low, number = np.tile(grid, (count, 1)), np.repeat(np.arange(count), len(grid))
-    size = np.full_like(low, 1.0 / across)
+def _first(count: int, places: Sequence[tuple[Index, Array]], rule: Callable[..., Any]) -> Cells:
+    """Return the first cells of elements: about `ACROSS` across all of them, which end at places
+    along each direction of an element."""
+    across = max(1, math.ceil(ACROSS / count ** (1.0 / len(places))))
+    grid, cut = np.linspace(0.0, 1.0, across + 1), np.zeros(count, dtype=bool)
+    for row, _ in places:
+        cut[row] = True
+    boxes = [_boxes([grid for _ in places], np.flatnonzero(~cut))]
+    for k in np.flatnonzero(cut):
+        ends = [np.union1d(grid, share[row == k]) for row, share in places]
+        boxes.append(_boxes(ends, np.array([k])))
+    number, low, size = (np.concatenate(each) for each in zip(*boxes, strict=True))
     return Cells(number, low, size, *rule(number, low, size))
 
 
-def approximated(samples: Samples, nodes: Index, nodal: Array) -> Array:
+def _boxes(ends: Sequence[Array], elements: Index) -> tuple[Index, Array, Array]:
+    """Return the boxes between ends along each direction, for each of some elements: the element,
+    the least coordinates and the extents."""
+    low, size = (
+        np.stack(np.meshgrid(*each, indexing="ij"), axis=-1).reshape(-1, len(ends))
+        for each in ([e[:-1] for e in ends], [np.diff(e) for e in ends])
+    )
+    many = len(elements), 1
+    return np.repeat(elements, len(low)), np.tile(low, many), np.tile(size, many)
+
+
+def approximated(samples: Samples, nodes: Index, nodal: Array, accepted: float) -> Array:
     """Return nodal values (m, c) that stand for a function on a part.
 
     They are those of the function if their integrals are right, else those of the nearest
@@ -202,10 +226,12 @@ def approximated(samples: Samples, nodes: Index, nodal: Array) -> Array:
         Nodes of the part.
     nodal : (m, c) array
         Values of the function there.
+    accepted : float
+        Accepted error of the integral over all elements, `TOTAL` or `MEAN` [-].
     """
     on_mesh = np.zeros((samples.mesh.n_nodes, nodal.shape[1]))
     on_mesh[nodes] = nodal
-    return samples.projected(nodes) if samples.misses(on_mesh) else nodal
+    return samples.projected(nodes) if samples.misses(on_mesh, accepted) else nodal
 
 
 @dataclass(frozen=True)

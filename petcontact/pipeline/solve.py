@@ -131,8 +131,6 @@ def solve(
 def adapts_itself(problem: Problem) -> bool:
     """Whether a problem that names no mesh is solved on adaptive ones; of surfaces from files where
     it has an accuracy."""
-    if problem.kind == "elastic" and problem.boundaries[0].dim > 2:
-        return False
     asked = any(body.mesh.accuracy is not None for body in problem.body)
     return all(
         body.mesh.automatic and (asked or problem.outline(b).known)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -47,6 +49,49 @@ def mesh_of(body: Body, boundary: Boundary) -> BoundaryMesh:
     return _mesh(boundary, body)
 
 
+def resized(body: Body, boundary: Boundary, doublings: int) -> Body:
+    """Return the body with options for panels that are twice as large, some times.
+
+    A negative number makes them smaller. Of surfaces whose file has the panels it is the order that
+    falls by so much.
+
+    Raises
+    ------
+    InputError
+        If there are no panels of that order.
+    """
+    size, options = _usual_size(boundary), body.mesh
+    if math.isnan(size):
+        order = _order(options) - doublings
+        if not 0 <= order <= HIGHEST_ORDER:
+            raise InputError(f"mesh.order: panels in space have order 0 to {HIGHEST_ORDER}")
+        changes: dict[str, Any] = {"order": order}
+    else:
+        factor = 2.0**doublings
+        changes = {
+            "element_size": factor * (options.element_size or size),
+            "element_sizes": {name: factor * h for name, h in options.element_sizes.items()},
+        }
+    return replace(body, mesh=MeshOptions(**options.model_dump(exclude_unset=True) | changes))
+
+
+@functools.singledispatch
+def _usual_size(boundary: Any) -> float:
+    """Return the size of panels where none is given; nan where a file has the panels [length]."""
+    return math.nan
+
+
+@_usual_size.register(RoundSurface)
+@_usual_size.register(CadSurface)
+def _(boundary: Any) -> float:
+    return float(boundary.usual_size)
+
+
+@_usual_size.register
+def _(boundary: BoxSurface) -> float:
+    return float((boundary.upper - boundary.lower).min()) / PANELS
+
+
 @functools.singledispatch
 def _mesh(boundary: Any, body: Body) -> BoundaryMesh:
     if "exponent" in body.mesh.model_fields_set:
@@ -66,7 +111,7 @@ def _(boundary: BoxSurface, body: Body) -> SurfaceMesh:
                 f"mesh.element_sizes: no part {name!r}; parts are {', '.join(boundary.parts)}"
             )
     extent = boundary.upper - boundary.lower
-    usual = options.element_size or float(extent.min()) / PANELS
+    usual = options.element_size or _usual_size(boundary)
     finest = min([usual, *options.element_sizes.values()])
     pairs = (extent[0] * extent[1], extent[1] * extent[2], extent[0] * extent[2])
     _check_size(2.0 * float(sum(pairs)) / finest**2 * (order + 1) ** 2)
@@ -82,7 +127,7 @@ def _(boundary: RoundSurface, body: Body) -> SurfaceMesh:
         BOX_KEYS,
         "is for boxes; panels of round bodies are of one size, mesh.element_size",
     )
-    size = body.mesh.element_size or boundary.usual_size
+    size = body.mesh.element_size or _usual_size(boundary)
     _check_size(boundary.area / size / size * (order + 1) ** 2)
     return round_mesh(boundary, size, order)
 
@@ -111,7 +156,7 @@ def _(boundary: CadSurface, body: Body) -> SurfaceMesh:
         BOX_KEYS,
         "is for boxes; panels of CAD files are of one size, mesh.element_size",
     )
-    size = body.mesh.element_size or boundary.usual_size
+    size = body.mesh.element_size or _usual_size(boundary)
     _check_size(2.0 * boundary.area / size / size * (order + 1) * (order + 2) / 2)
     facets = boundary.facets(size)
     _check_size(len(facets.facets) * (order + 1) * (order + 2) / 2)

@@ -18,12 +18,9 @@ from petcontact import (
     solve,
 )
 from petcontact.errors import PetcontactError, SolverError
-from petcontact.geometry.round_surfaces import CylinderSurface
-from petcontact.mesh.panelling import round_mesh
 from petcontact.pipeline.adapt import fixed_mesh
 from petcontact.pipeline.adapt.fixed_mesh import with_estimate
 from petcontact.pipeline.adapt.level_solver import LevelSolver
-from petcontact.pipeline.adapt.other_orders import other_order
 from petcontact.results.evaluated import displacement_scale
 
 
@@ -134,21 +131,3 @@ def test_where_nothing_slips_nor_nearly_does_the_error_is_zero():
     sticks, slips = (solve(block(2, 0.5, bound)) for bound in (10.0, 0.02))
     assert np.abs(sticks.contact.u_t).max() < 1e-12
     assert sticks.accuracy.error == 0.0 < slips.accuracy.error
-
-
-@pytest.mark.parametrize("size", [1.0, 0.4])
-def test_curved_sides_lie_twice_as_far_off_an_arc(size):
-    """Of a cylinder of radius 1, by the mean distance from its axis, and on the arc on the other
-    way; orders change where they are marked only. Where half of the change is the error, they lie
-    three times as far off."""
-    for order, change, gained, share in ((3, -1, 1.0, 2.0), (3, -1, 0.5, 3.0), (2, 1, 1.0, 0.0)):
-        mesh = round_mesh(CylinderSurface(np.zeros(3), np.array([0.0, 0.0, 2.0]), 1.0), size, order)
-        marked = mesh.part == mesh.part_names.index("side")
-        other = other_order(mesh, marked, change, gained)
-        assert np.array_equal(other.order, order + change * marked)
-        off = [
-            np.average(1.0 - np.hypot(*each.x[nodes, :2].T), weights=each.weight[nodes])
-            for each in (mesh, other)
-            for nodes in (each.nodes_of("side"),)
-        ]
-        assert 0.0 < off[0] < 1e-3 and off[1] == pytest.approx(share * off[0], abs=0.3 * off[0])

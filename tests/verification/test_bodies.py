@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import drawn, elastic, outline, problem, rollers
+from marks import slow
+from shapes import cuboid, drawn, elastic, outline, problem, rollers
 
 from petcontact import solve
 
@@ -46,3 +47,31 @@ def test_a_body_without_a_mesh_is_solved_to_an_accuracy(round_, outer, poisson):
     for name, value in exact.items():
         assert abs(found[name].size - value) <= found[name].error
     assert "error of u:" in solution.verdict()
+
+
+@pytest.mark.parametrize("size", [slow(None), 0.5])
+def test_bodies_in_space_have_an_error_for_each_number(size):
+    """A bar on rollers that turns about the z axis, u_x = ρω²(l²x/2 - x³/6)/E without Poisson's
+    ratio, on meshes of its own and on a given one. Quadrature leaves 1e-4."""
+    bar = problem(
+        material=elastic(1000.0, 0.0) | {"density": 1.0},
+        geometry=cuboid([0.0, 0.0, 0.0], [2.0, 1.0, 1.0]),
+        loads={"force": ["x", 0.0, 0.0]},
+        mesh={} if size is None else {"element_size": size},
+        boundary=[
+            *rollers("left", "front", "bottom"),
+            *(drawn(part, [0.0, 0.0, 0.0]) for part in ("right", "back", "top")),
+        ],
+    )
+    found = {number.name: number for number in solve(bar).numbers}
+    exact = {
+        "largest displacement": (2.0**3 / 2.0 - 2.0**3 / 6.0) / 1000.0,
+        "force on left": np.array([-2.0, 0.0, 0.0]),
+        "von Mises stress on the surface": 2.0,
+        "first principal stress on the surface": 2.0,
+    }
+    assert all(np.isfinite(number.error) for number in found.values())
+    for name, value in exact.items():
+        off = np.abs(found[name].value - value).max()
+        assert off <= found[name].error + 1e-4 * np.abs(value).max(), name
+        assert found[name].error < 0.1 * np.abs(value).max(), name

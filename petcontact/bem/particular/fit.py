@@ -33,18 +33,18 @@ def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
     # points times nodes at a time
     step = max(1, 2_000_000 // mesh.n_nodes)
     inside = np.concatenate(
-        [_wound(mesh, grid[first : first + step]) > 0.5 for first in range(0, len(grid), step)]
+        [winding(mesh, grid[first : first + step]) > 0.5 for first in range(0, len(grid), step)]
     )
     return np.concatenate([grid[inside], mesh.x[:: math.ceil(mesh.n_nodes / NODES)]])
 
 
-def _wound(mesh: BoundaryMesh, x: Array) -> Array:
+def winding(mesh: BoundaryMesh, x: Array) -> Array:
     """The part of the full angle under which the boundary, of a half section with its image, is
     seen from x, by the weights of the nodes: 1 inside."""
     seen = np.zeros(len(x))
     for image in mesh.images(x):
         away = mesh.x - image[:, None]
-        distance = np.maximum(np.linalg.norm(away, axis=2), 1e-300)
+        distance = np.maximum(np.linalg.norm(away, axis=2), 1e-100)
         seen += np.einsum("mnd,nd->mn", away, mesh.normal) / distance**mesh.dim @ mesh.measure
     return seen / (2.0 * np.pi * (mesh.dim - 1))
 

@@ -24,8 +24,7 @@ from ..run import prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.load_steps import known_factors
 from .budget import says_something
-from .fixed_mesh import MOST_ITERATIONS, by_newton
-from .other_orders import FEW
+from .fixed_mesh import FEW, MOST_ITERATIONS, by_newton
 from .strategy import Strategy
 
 TIGHTER = 0.25

@@ -35,6 +35,7 @@ from ..steps.start import NAMES
 from .budget import Reached, says_something, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
+from .halved_panels import HalvedPanels
 from .level_solver import LevelSolver
 from .slip_ladder import Slip
 from .strategy import Strategy
@@ -48,19 +49,9 @@ ENDED = "the adaptive solve was ended after mesh"
 
 def strategy_for(problem: Problem) -> Strategy:
     """Return the strategy: for u_t of the paper's problem, else for p and q or u without contact,
-    in space for their tails.
-
-    Raises
-    ------
-    InputError
-        If no part of a body in space is in contact.
-    """
+    in space for their tails or for u."""
     if problem.boundaries[0].dim > 2:
-        if problem.kind == "elastic":
-            raise InputError(
-                "contact: no part is in contact, as meshes in space need; set mesh.element_size"
-            )
-        return PanelTails(problem)
+        return PanelTails(problem) if problem.interfaces else HalvedPanels(problem)
     scalar = problem.kind == "bilateral" and not problem.twisted
     return Slip() if scalar else Tractions(problem)
 

@@ -19,6 +19,7 @@ from ...given.sites import Sites
 from ...mesh.approximation import ACROSS, WITHIN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
+from ...mesh.rough_places import narrow_places
 from ...round_off import HALF
 
 MOVED = 1e-3
@@ -48,6 +49,8 @@ class Sampling:
         See `GapAt`.
     across : int
         Points of the grid along each direction of an element.
+    narrow : tuple of (k,) and (k, d-1) arrays
+        Numbers of faces, and shares of them, at which a narrow gap shows besides.
     """
 
     mesh: BoundaryMesh
@@ -56,6 +59,7 @@ class Sampling:
     faces: Faces
     gap_at: GapAt
     across: int
+    narrow: tuple[Index, Array]
 
     def overlap(
         self,
@@ -102,11 +106,12 @@ class Sampling:
                 self.nodes[((states != OPEN) & (not closed)) | (~faced & (not unfaced))]
             ]
         ] = True
-        asked, position = np.flatnonzero(~touched[self.element]), None
+        asked = np.flatnonzero(~touched[self.element])
         if not len(asked):
-            return 0.0, position
+            return 0.0, None
+        worst, position = self._narrowest(closer, touched)
         over, share = (values @ closer - distance).reshape(share.shape[:2])[asked], share[asked]
-        worst, reach = 0.0, 1.0 / (self.across - 1)
+        reach = 1.0 / (self.across - 1)
         while reach > HALF:
             best, deepest = over.argmax(axis=1), over.max(axis=1)
             least = np.where(np.isfinite(over) & adjacent[best], over, np.inf).min(axis=1)
@@ -125,6 +130,22 @@ class Sampling:
             over = (values @ closer - distance).reshape(len(asked), -1)
             adjacent = np.ones((len(around), len(around)), dtype=bool)
         return worst, position
+
+    def _narrowest(self, closer: Array, touched: Mask) -> tuple[float, tuple[Index, Array] | None]:
+        """Return the largest overlap where a narrow gap shows, and its position."""
+        row, share = self.narrow
+        if not len(row):
+            return 0.0, None
+        values, gap = self._at_narrow
+        depth = np.where(touched[self.element[row]], 0.0, values @ closer - gap)
+        k = int(depth.argmax())
+        return (
+            (float(depth[k]), (row[k : k + 1], share[k : k + 1])) if depth[k] > 0 else (0.0, None)
+        )
+
+    @functools.cached_property
+    def _at_narrow(self) -> tuple[scipy.sparse.csr_array, Array]:
+        return self._looked_at(*self.narrow)
 
     def point(self, number: Index, share: Array) -> Array:
         """Return the point at a share (1, d-1) of a face, (d,) [length]."""
@@ -175,7 +196,8 @@ def places_between(
     # a function may have a narrow minimum, and is cheaper to evaluate than a ray is to cast
     fine = 1 + math.ceil(2 * ACROSS / len(element) ** (1.0 / (mesh.dim - 1)))
     across = faces.SAMPLES if side.law.gap is None else max(faces.SAMPLES, fine)
-    return Sampling(mesh, interface.nodes, element, faces, _gap_at(side, meshes), across)
+    narrow = narrow_places(mesh, side.part, [] if side.law.gap is None else [side.law.gap])
+    return Sampling(mesh, interface.nodes, element, faces, _gap_at(side, meshes), across, narrow)
 
 
 def _gap_at(side: PosedInterface, meshes: list[BoundaryMesh]) -> GapAt:

@@ -21,13 +21,13 @@ from ...given.conditions import Condition, Term
 from ...given.interfaces import PosedInterface
 from ...given.sites import Sites
 from ...given.values import Given
-from ...mesh.approximation import Samples, approximated, sampled
+from ...mesh.approximation import Samples, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.panels.marks import element_sizes, faded
 from ...results.records import PairResult
 from ...round_off import TINY
-from ..pose.load_states import known_function
+from ..pose.load_states import samples_of_term, stand_ins
 from .findings import limit_of
 
 BINS = 8
@@ -207,7 +207,7 @@ def samples_of_datum(datum: Given, part: str, mesh: BoundaryMesh) -> tuple[Sampl
 
     nodes, nodal = mesh.nodes_of(part), np.zeros((mesh.n_nodes, 1))
     nodal[nodes, 0] = datum.near(mesh.sites(nodes))
-    return sampled(mesh, part, function, datum), nodal
+    return sampled(mesh, part, function, [datum], datum), nodal
 
 
 def gap_remainders(
@@ -289,14 +289,13 @@ class DataRemainders:
 
     def _looked_at(self, number: int, part: str, term: Term) -> tuple[Array, float, float]:
         mesh = self._meshes[number]
-        function = known_function(term, mesh)
-        if function is None:
+        samples, nodes = samples_of_term(term, mesh, part), mesh.nodes_of(part)
+        if samples is None:
             return np.zeros(mesh.n_elements), 0.0, 0.0
-        samples, nodes = sampled(mesh, part, function, term), mesh.nodes_of(part)
         nodal = np.zeros((mesh.n_nodes, mesh.components))
         normal = lifted(mesh.normal[nodes], mesh.components)
         at_nodes = term.near(mesh.sites(nodes), normal)
-        nodal[nodes] = approximated(samples, nodes, at_nodes)
+        nodal[nodes] = stand_ins(term, samples, nodes, at_nodes)
         left = samples.left(nodal)
         lost = float(np.linalg.norm(samples.weight @ left)) + samples.doubt
         size = float(samples.weight @ np.linalg.norm(samples.values, axis=1))

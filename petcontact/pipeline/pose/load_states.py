@@ -28,7 +28,7 @@ from ...geometry.superelement import CondensedSurface
 from ...given.bodies import Body
 from ...given.conditions import Condition, Displacement, Symmetry, Term
 from ...given.sites import Sites
-from ...mesh.approximation import Function, approximated, sampled
+from ...mesh.approximation import MEAN, TOTAL, Samples, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...round_off import WRITTEN
 
@@ -242,18 +242,17 @@ def _nodal_values(condition: Condition, mesh: BoundaryMesh, name: str) -> Array:
         if not term.is_pressure:
             check_components(f"{name}: {condition.part}.value", term.data, mesh.components)
         nodal = term.at(mesh.sites(nodes), normal)
-        function = known_function(term, mesh)
-        if function is not None:
-            samples = sampled(mesh, condition.part, function, term)
-            nodal = approximated(samples, nodes, nodal)
+        samples = samples_of_term(term, mesh, condition.part)
+        if samples is not None:
+            nodal = stand_ins(term, samples, nodes, nodal)
         result += nodal
     return result
 
 
-def known_function(term: Term, mesh: BoundaryMesh) -> Function | None:
-    """Return the values of a term as a function of the place on its part, 0 where not finite.
+def samples_of_term(term: Term, mesh: BoundaryMesh, part: str) -> Samples | None:
+    """Return samples of the values of a term on its part, 0 where not finite.
 
-    It is None if all values are numbers, or known at nodes only.
+    The result is None if all values are numbers, or known at nodes only.
     """
     if not term.varies:
         return None
@@ -262,4 +261,9 @@ def known_function(term: Term, mesh: BoundaryMesh) -> Function | None:
         sites = Sites(x, normal, mesh.arc_lengths(element, local))
         return term.near(sites, lifted(normal, mesh.components))
 
-    return function
+    return sampled(mesh, part, function, term.given, term)
+
+
+def stand_ins(term: Term, samples: Samples, nodes: Index, nodal: Array) -> Array:
+    """Return nodal values (m, c) that stand for a term on its part, see `approximated`."""
+    return approximated(samples, nodes, nodal, TOTAL if term.kind == "traction" else MEAN)

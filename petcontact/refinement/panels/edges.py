@@ -1,23 +1,14 @@
-"""Exponents of the singularities along the edges of a body in space.
-
-They follow from the angle at an edge and the conditions on both sides. Across a straight edge the
-strongest singularity is that of a corner in plane strain (`corner_exponent`), or of shear along the
-edge (`shear_exponent`).
-"""
+"""Edges of a body in space: where panels meet, and at which angles."""
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...given.bodies import Body
 from ...linalg.nearest import within
 from ...mesh.surface_mesh import SurfaceMesh
-from ..corner_exponents import CLAMPED, corner_exponent, shear_exponent
-from ..singular_points import kinds_of
 
 TOGETHER = 0.02
 """Distance of the middle of a panel's side from another side up to which both are one edge, over
@@ -26,47 +17,6 @@ middle towards the centre of the panel gives the inward direction."""
 SMOOTH = math.radians(15.0)
 """Angle between panels with equal conditions up to which they may be pieces of one curved surface
 [rad]."""
-
-
-def edge_exponent(mesh: SurfaceMesh, body: Body) -> float:
-    """Return the least λ in (0, 1] along the edges of a body; displacements behave like r^λ there.
-
-    Parameters
-    ----------
-    mesh : SurfaceMesh
-    body : Body
-        A body with conditions on its parts.
-
-    Examples
-    --------
-    >>> from petcontact import Problem
-    >>> from petcontact.refinement.meshes import mesh_of
-    >>> problem = Problem.model_validate({
-    ...     "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 1.0},
-    ...     "geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]},
-    ...     "boundary": [{"part": "top", "condition": "displacement", "value": [0, 0, 0]}]})
-    >>> body = problem.bodies[0]
-    >>> round(edge_exponent(mesh_of(body, problem.outline()), body), 3)
-    0.711
-    """
-    conditions = {condition.part: condition for condition in body.boundary}
-    kind = [kinds_of(conditions.get(name)) for name in mesh.part_names]
-    kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
-    first_panel, second_panel, angle = edges(mesh)[:3]
-    meeting = np.column_stack(
-        [mesh.part[first_panel], mesh.part[second_panel], np.rint(np.degrees(angle)).astype(int)]
-    )
-    corners = {(kind[a], kind[b], number) for a, b, number in np.unique(meeting, axis=0).tolist()}
-    exponents = [
-        min(
-            corner_exponent(math.radians(number), kappa, first, second),
-            shear_exponent(math.radians(number), first == CLAMPED, second == CLAMPED),
-        )
-        for ones, others, number in corners
-        if ones != others or abs(math.radians(number) - math.pi) > SMOOTH
-        for first, second in itertools.product(ones, others)
-    ]
-    return min(exponents, default=1.0)
 
 
 def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array, Array]:

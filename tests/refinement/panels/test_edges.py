@@ -1,4 +1,4 @@
-"""Edges of bodies in space: the angles there, and how singular the solution is along them."""
+"""Edges of bodies in space, and the angles there."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from shapes import cuboid, elastic, moved
 
 from petcontact import Problem
 from petcontact.given.tables.base import parse
-from petcontact.refinement.corner_exponents import CLAMPED, FREE, corner_exponent
 from petcontact.refinement.meshes import mesh_of
-from petcontact.refinement.panels.edges import edge_exponent, edges
+from petcontact.refinement.panels.edges import edges
 from petcontact.refinement.panels.quartering import cut
 
 HELD = moved("top", [0.0] * 3)
@@ -61,24 +60,11 @@ def test_narrow_panels_meet_at_their_common_side_only():
     assert np.all(np.isclose(angle, 0.5 * math.pi) | np.isclose(angle, math.pi, atol=1e-6))
 
 
-@pytest.mark.parametrize(("top", "ratio"), [(0.6, 0.3), (1.2, 0.3), (0.6, 0.0)])
-def test_a_cone_has_the_angle_of_its_held_edge(top, ratio):
-    """Shear along the edge counts where plane strain is smooth: in the last one."""
-    body, mesh = body_of(turned(top), HELD, ratio=ratio, element_size=0.7)
+@pytest.mark.parametrize("top", [0.6, 1.2])
+def test_a_cone_has_the_angle_of_its_held_edge(top):
+    _, mesh = body_of(turned(top), HELD, element_size=0.7)
     angle = math.pi / 2.0 + math.atan(1.0 - top)
     names = np.array(mesh.part_names)
     one, other, at_edge, _ = edges(mesh)
     held = (names[mesh.part[one]] == "top") & (names[mesh.part[other]] == "side")
     assert held.any() and np.allclose(at_edge[held], angle, atol=math.radians(1.0))
-    plane = corner_exponent(angle, 3.0 - 4.0 * ratio, CLAMPED, FREE)
-    lowest = min(math.pi / 2.0 / angle, plane)
-    assert edge_exponent(mesh, body) == pytest.approx(lowest, abs=5e-3)
-
-
-def test_a_contact_counts_as_clamped():
-    contact = {"part": "bottom", "condition": "contact", "friction_bound": 1.0}
-    body, mesh = body_of(turned(0.8), contact, element_size=0.7)
-    below = math.pi / 2.0 - math.atan(0.2)
-    assert edge_exponent(mesh, body) == pytest.approx(
-        corner_exponent(below, 1.8, CLAMPED, FREE), abs=5e-3
-    )
