@@ -3,7 +3,6 @@ parts that may touch."""
 
 from __future__ import annotations
 
-import functools
 from typing import Annotated, Literal
 
 import pydantic
@@ -68,14 +67,6 @@ class Displacement(Model):
                 )
         return self
 
-    @functools.cached_property
-    def apart(self) -> tuple[Displacement | Traction, ...]:
-        """The displacement alone, and the traction of its free components; the same objects at each
-        call."""
-        if self.traction is None:
-            return (self,)
-        return (Displacement(self.part, self.value), Traction(self.part, self.traction))
-
 
 class Traction(Model):
     """σ(u)n = value on the part, or -pressure·n.
@@ -112,11 +103,6 @@ class Traction(Model):
                 f"a traction needs either value = [tx, ty] or pressure = p, got {given}"
             )
         return self
-
-    @property
-    def apart(self) -> tuple[Traction]:
-        """As of a displacement: what it says is of one kind."""
-        return (self,)
 
 
 class Symmetry(Model):

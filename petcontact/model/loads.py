@@ -92,17 +92,6 @@ class VolumeLoads(Model):
             if is_given
         ]
 
-    @property
-    def is_none(self) -> bool:
-        """Whether no load of the volume is given."""
-        return not self.needs and not any(component != 0.0 for component in self.force or ())
-
-    def vectors(self) -> list[tuple[str, tuple[Any, ...]]]:
-        """Keys and values of what has as many components as the body has dimensions, where
-        given."""
-        values = {key: getattr(self, key) for key in ("acceleration", "force", "centre", "axis")}
-        return [(key, value) for key, value in values.items() if value is not None]
-
 
 class LoadsChange(VolumeLoads):
     """New volume loads of a body; what is not named stays. Loads are reached linearly: of a

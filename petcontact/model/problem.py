@@ -18,6 +18,7 @@ from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary
 from ..given import bodies as given_bodies
 from ..given.interfaces import PosedInterface
+from ..given.posed import Posed
 from ..given.tables.base import Model
 from ..given.tables.material import Material
 from ..given.tables.solver_options import Bem, MeshOptions, Method, Options
@@ -40,6 +41,7 @@ from .interfaces import posed_interfaces
 from .load_steps import Obstacle, Step, changed_condition, changed_obstacles, check_step
 from .loads import PointForce, VolumeLoads, check_material
 from .posed_bodies import posed_body
+from .posing import posed
 from .shapes.files import Gmsh
 from .summary import html_table, summary
 from .torsion import is_twisted, with_third_components
@@ -344,6 +346,11 @@ class Problem(Setting):
         """Which parts may touch: contact conditions, then contact pairs."""
         return posed_interfaces(self)
 
+    @functools.cached_property
+    def posed(self) -> Posed:
+        """The problem as it is solved: numbers and functions of the place."""
+        return posed(self)
+
     @property
     def holds_normals(self) -> bool:
         """Whether all normal displacements of contact are data of the bodies."""
@@ -414,7 +421,7 @@ class Problem(Setting):
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
         copy = super().model_copy(update=changes, deep=deep)
         # they follow from what may have changed
-        for key in ("interfaces", "bodies", "obstacles_at", "twisted"):
+        for key in ("interfaces", "bodies", "posed", "obstacles_at", "twisted"):
             copy.__dict__.pop(key, None)
         return copy
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..given.posed import Posed
 from ..given.tables.solver_options import Bem
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
-from ..model.problem import Problem
 from ..runtime.memory import physical_memory
 from ..runtime.petsc import given_options, option
 
@@ -310,22 +310,22 @@ def needed_memory(
     )
 
 
-def suitable_bem(problem: Problem, meshes: Sequence[BoundaryMesh]) -> Bem:
+def suitable_bem(posed: Posed, meshes: Sequence[BoundaryMesh]) -> Bem:
     """`[bem]` of a problem, dense where a part in space is the secondary of two interfaces.
 
     Compressed surfaces are not made for such parts. A storage that is named stays.
     """
-    secondaries, bem = [i.ends[0] for i in problem.interfaces], problem.bem
+    secondaries, bem = [i.ends[0] for i in posed.interfaces], posed.bem
     twice = len(set(secondaries)) < len(secondaries) and meshes[0].dim > 2
     return bem.model_copy(update={"mat_type": "dense"}) if twice and bem.mat_type == "auto" else bem
 
 
-def contact_sizes(problem: Problem, meshes: Sequence[BoundaryMesh]) -> tuple[list[int], int]:
+def contact_sizes(posed: Posed, meshes: Sequence[BoundaryMesh]) -> tuple[list[int], int]:
     """Nodes of each body on parts that may touch, and those of all secondaries."""
-    ends = {end for interface in problem.interfaces for end in interface.ends}
+    ends = {end for interface in posed.interfaces for end in interface.ends}
     nodes = {(b, part): len(meshes[b].nodes_of(part)) for b, part in ends}
     touching = [sum(n for (b, _), n in nodes.items() if b == k) for k in range(len(meshes))]
-    return touching, sum(nodes[interface.ends[0]] for interface in problem.interfaces)
+    return touching, sum(nodes[interface.ends[0]] for interface in posed.interfaces)
 
 
 def chosen_tolerance(bem: Bem, accuracy: float) -> float:

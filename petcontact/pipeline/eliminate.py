@@ -66,9 +66,9 @@ def eliminated(
     SolverError
         If a body cannot be eliminated.
     """
-    bem, meshes = resolved_bem(discrete.problem.bem), discrete.meshes
+    bem, meshes = resolved_bem(discrete.posed.bem), discrete.meshes
     progress = _announced(discrete, bem, announce)
-    if discrete.problem.method.formulation == "full":
+    if discrete.posed.method.formulation == "full":
         bodies: list[ElasticBody | None] = [_full(discrete, bem, comm)]
     else:
         bodies = [_compressed(discrete, b, bem, comm, progress) for b in range(len(meshes))]
@@ -78,7 +78,7 @@ def eliminated(
         bodies[b] = eliminated_alone(discrete, b, comm)
     complete = [body for body in bodies if body is not None]
     x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
-    centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]
+    centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.posed.obstacles]
     join: Any = None
     if any(body.is_solved_jointly for body in complete):
         from ..compliance.hierarchical.body import joined
@@ -95,7 +95,7 @@ def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Calla
     if announce is None:
         return silent
     increments = sum(
-        1 if step.increments == "auto" else int(step.increments) for step in discrete.problem.step
+        1 if step.increments == "auto" else int(step.increments) for step in discrete.posed.steps
     )
     seconds = solve_seconds(
         bem, meshes, max(1, increments), sum(free.shape[2] for free in discrete.motions)
@@ -119,10 +119,8 @@ def _sizes(discrete: Discrete, some: list[int]) -> tuple[list[int], list[int], i
 
 def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Array]:
     """The operators of a body, and the rigid motions (n, d, r) that no condition holds."""
-    mesh, data, problem = discrete.meshes[number], discrete.data[number], discrete.problem
-    kernel = kernel_for(
-        mesh, problem.body[number].material, resolved_bem(problem.bem).quadrature_tol
-    )
+    mesh, data, posed = discrete.meshes[number], discrete.data[number], discrete.posed
+    kernel = kernel_for(mesh, posed.bodies[number].material, resolved_bem(posed.bem).quadrature_tol)
     operators = BoundaryOperators(mesh, data, kernel)
     return operators, discrete.motions[number]
 

@@ -14,7 +14,6 @@ from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
 from ..errors import InputError, MissingPackage
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.cycle import cycle_steps
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
 from .number import Number
@@ -111,7 +110,7 @@ class SolutionData(Evaluated):
     def time(self, step: StepResult) -> float:
         """An increment's place in the order of things: each step takes 1, the first time and in
         every later cycle."""
-        cycle, steps = self.problem.cycle, cycle_steps(self.problem)
+        cycle, steps = self.posed.cycle, self.posed.cycle_steps
         before = (
             0
             if cycle is None

@@ -15,6 +15,7 @@ from ..bem.particular.volume import VolumeSolution, volume_solution
 from ..errors import InputError
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
+from ..given.posed import Posed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Problem
 from ..refinement.known_data import gap_edges
@@ -96,7 +97,7 @@ class Evaluated:
             ("fields", name),
             after,
             lambda: BodyFields(
-                self.problem.bodies[names.index(name)],
+                self.posed.bodies[names.index(name)],
                 self.meshes[name],
                 after.bodies[name],
                 self.volume_solutions[name],
@@ -141,6 +142,11 @@ class Evaluated:
         return states
 
     @property
+    def posed(self) -> Posed:
+        """The problem as it was solved, without its config."""
+        return self.problem.posed
+
+    @property
     def primaries(self) -> dict[str, str]:
         """body.part of the primary side of each interface between bodies."""
         return {pair.name: pair.primary for pair in self.problem.contact if "." in pair.primary}
@@ -151,17 +157,17 @@ class Evaluated:
         if self.volumes is not None:
             return self.volumes
         return {
-            body.name: volume_solution(body, self.meshes[body.name]) for body in self.problem.bodies
+            body.name: volume_solution(body, self.meshes[body.name]) for body in self.posed.bodies
         }
 
     @functools.cached_property
     def gap_edges(self) -> dict[str, list[Array]]:
         """Points (k, d) of each edge that presses on an interface's secondary, by its gap
         [length]."""
-        boundaries = self.problem.boundaries
+        boundaries = self.posed.boundaries
         return {
             side.name: gap_edges(boundaries[side.body], side.part, side.law.gap)
-            for side in self.problem.interfaces
+            for side in self.posed.interfaces
             if side.law.normal == "unilateral"
         }
 

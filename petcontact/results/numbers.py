@@ -87,7 +87,7 @@ class _OfStep:
         hidden, far, taken, bound = hidden_slip(*contact, self._singular(name))
         q = lengths(pair.sigma_t) * closed
         left = max(0.0, bound - float(q.max()))
-        posed = {each.name: each for each in self._solution.problem.interfaces}[name]
+        posed = {each.name: each for each in self._solution.posed.interfaces}[name]
         given = posed.law.friction_bound is not None  # no shear is larger
         yield self._largest("largest q", name, q, "stress", alone=left, bounded=given)
         for word, (size, alone) in zip(("contact area", "slipping"), areas(*contact), strict=True):

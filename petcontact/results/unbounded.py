@@ -108,7 +108,7 @@ Point = tuple[str, Array, tuple[int, ...], str]
 
 def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[Point]:
     """Yield the place of each force that acts at a point of a body."""
-    for body in solution.problem.bodies:
+    for body in solution.posed.bodies:
         for each in body.forces[step.step - 1]:
             if np.any(each.force):
                 yield body.name, np.array(each.at), (), "a point force"
@@ -116,7 +116,7 @@ def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[Point]:
 
 def _pressing(solution: Evaluated, step: StepResult) -> Iterator[Point]:
     """Yield each place where an edge of the other body presses, as a jump of the gap shows it."""
-    interfaces = solution.problem.interfaces
+    interfaces = solution.posed.interfaces
     for side in (each for each in interfaces if each.law.normal == "unilateral"):
         pair, name = step.pairs[side.name], solution.sides[side.name][0]
         mesh, closed = solution.meshes[name], pair.x[pair.pressure > 0.0]
@@ -211,7 +211,7 @@ class _Body:
 
     def __init__(self, solution: Evaluated, name: str, step: StepResult) -> None:
         self._mesh: BoundaryMesh = solution.meshes[name]
-        body = solution.problem.bodies[list(solution.meshes).index(name)]
+        body = solution.posed.bodies[list(solution.meshes).index(name)]
         self._conditions = body.conditions[step.step - 1]
         self._name = name
         self.kappa = 3.0 - 4.0 * body.material.plane_strain_ratio

@@ -107,7 +107,7 @@ def solved(
     best, known, _ = finest.shown[-1]
     result = []
     for accuracy in accuracies:
-        strategy = strategy_for(case)
+        strategy = strategy_for(case.posed)
         strategy.wanted = accuracy
         shown = finest.shown if strategy.levels == finest.levels else Climb.to(case, accuracy).shown
         solution, estimate, seconds = next((row for row in shown if row[1] <= accuracy), shown[-1])

@@ -42,7 +42,7 @@ def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
     assert [s for found in lower.inner.values() for s in sorted(found)] == pytest.approx(on_lower)
     assert (len(upper.pressing), len(lower.pressing)) == (len(on_lower), len(on_upper))
     # along the secondary: its own ends, and the corners that press on it
-    assert fading_places(posed)["pair"].arc_lengths == pytest.approx(
+    assert fading_places(posed.posed)["pair"].arc_lengths == pytest.approx(
         np.unique([0.0, *on_upper, high - low])
     )
 
@@ -89,7 +89,7 @@ def test_wear_that_jumps_leaves_an_edge_that_presses():
     posed = blocks(-1.0, 1.0)
     worn = posed.contact[0].model_copy(update={"wear_coefficient": "where(x > 0.25, 0.1, 0)"})
     posed = posed.model_copy(update={"contact": (worn,)})
-    assert fading_places(posed)["pair"].arc_lengths == pytest.approx([0.0, 1.25, 2.0])
+    assert fading_places(posed.posed)["pair"].arc_lengths == pytest.approx([0.0, 1.25, 2.0])
 
 
 def test_where_slip_turns_there_is_an_edge():

@@ -37,6 +37,12 @@ NOT_TO_SEE = {
 }
 PROTOCOL = ("contact", "contact.system", {"mesh", "bem", "compliance", "fields"})
 """A folder, the only module of it that others may know, and these others."""
+BELOW_THE_DOOR = ["mesh", "contact", "bem", "compliance", "fields", "refinement", "pipeline"]
+"""Folders that know a problem as it is posed, by numbers and functions of the place."""
+KNOW_THE_CONFIG = """pipeline.solve pipeline.run pipeline.operators pipeline.pose.discretise
+    pipeline.pose.interfaces pipeline.pose.as_posed pipeline.adapt.loop pipeline.adapt.level_solver
+    pipeline.adapt.fixed_mesh"""
+"""Files among them that import `model`: the doors. The list may only shrink."""
 ANY_MODULE = {"sweep.quantities"}
 """Where a module is imported whose name a user gives."""
 
@@ -82,6 +88,17 @@ def within(name: str, folder: str) -> bool:
 
 def test_a_module_imports_from_the_left_only():
     assert violations(ROOT) == set()
+
+
+def test_below_the_door_nobody_knows_the_config():
+    """What is given became values in `Problem.posed`: no text of a config is read later."""
+    imports = graph_of(ROOT).imports
+    knowing = {
+        own
+        for own, names in imports.items()
+        if own.partition(".")[0] in BELOW_THE_DOOR and any(within(name, "model") for name in names)
+    }
+    assert knowing == {*KNOW_THE_CONFIG.split()}
 
 
 def test_no_files_import_each_other_in_a_circle():

@@ -58,7 +58,7 @@ def test_panels_of_boxes_end_where_data_jump_or_have_a_kink_along_a_line(gap, li
         contact=[Pair("c", "top", "punch", gap=gap)],
     )
     (box,) = problem.boundaries
-    one = body_alone(problem, 0, box)
+    one = body_alone(problem.posed, 0, box)
     found = data_lines(one, box)
     expected = [line for part in box.parts for line in lines.get(part, ([], []))]
     assert len(found) == len(expected) == 12

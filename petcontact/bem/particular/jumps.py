@@ -77,7 +77,8 @@ class Pieces:
     def alone(self, x: Array) -> Index:
         """Return the pieces of those points (m, d) by which no border passes."""
         near = self.around(x)
-        return near[(near == near[:, :1]).all(axis=1), 0]
+        whole = (near == near[:, :1]).all(axis=1)
+        return np.asarray(near[whole, 0])
 
     def of(self, x: Array, expected: Sequence[Values]) -> Index:
         """Return the piece of each point (m,), by what the loads of each piece are expected to be

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...errors import InputError
+from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.problem import Problem
 from ...refinement.levels import growing
 from ...results.solution import Solution
 from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
@@ -72,7 +72,7 @@ def budget_of(bodies: int, asked: bool) -> Budget:
 
 
 def beyond_budget(
-    problem: Problem,
+    posed: Posed,
     meshes: Sequence[BoundaryMesh],
     counts: tuple[int, int],
     wanted: float,
@@ -82,7 +82,7 @@ def beyond_budget(
 
     `counts` are the numbers of increments, and of motions that only contact holds.
     """
-    bem = resolved_bem(suitable_bem(problem, meshes))
+    bem = resolved_bem(suitable_bem(posed, meshes))
     budget = budget_of(len(meshes), asked)
     nodes = sum(mesh.n_nodes for mesh in meshes)
     seconds = solve_seconds(bem, meshes, *counts)
@@ -95,7 +95,7 @@ def beyond_budget(
             f"{budget}; {more}"
         )
     try:
-        needed_memory(bem, meshes, *contact_sizes(problem, meshes), meshes[0].components)
+        needed_memory(bem, meshes, *contact_sizes(posed, meshes), meshes[0].components)
     except InputError as error:
         return f"the next mesh does not fit the memory ({error})"
     return ""

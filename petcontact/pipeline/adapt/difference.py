@@ -11,8 +11,8 @@ import numpy as np
 from ...arrays import Array, Index
 from ...fields.boundary.places import located, sizes
 from ...geometry.outline import as_outline
+from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.problem import Problem
 from ...refinement.panels.tail import FADE
 from ...results.evaluated import displacement_scale
 from ...results.records import PairResult, StepResult, step_ends
@@ -57,7 +57,7 @@ def difference(coarse: Solution, fine: Solution, ends: dict[str, Ends] | None = 
     if not fine.nodes:
         apart = displacement_difference(coarse, fine)
         return Difference(apart, apart)
-    ends = fading_places(fine.problem) if ends is None else ends
+    ends = fading_places(fine.posed) if ends is None else ends
     compared = [
         (name, _on_interface((coarse, fine), steps, name, ends[name]))
         for steps in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True)
@@ -150,10 +150,10 @@ def apart_on_one_mesh(solution: Solution, second: Solution) -> float:
     return worst
 
 
-def fading_places(problem: Problem) -> dict[str, Ends]:
+def fading_places(posed: Posed) -> dict[str, Ends]:
     """Return where tractions may be infinite along the secondary part of each interface."""
-    outlines = [as_outline(boundary, "the error").joined for boundary in problem.boundaries]
-    pressed = pressed_sides(outlines, problem.interfaces)
+    outlines = [as_outline(boundary, "the error").joined for boundary in posed.boundaries]
+    pressed = pressed_sides(outlines, posed.interfaces)
     return {
         side.name: Ends(
             singular_places(outlines[side.body], side.part, pressed[side.body]),
@@ -161,7 +161,7 @@ def fading_places(problem: Problem) -> dict[str, Ends]:
                 segment.length for segment in outlines[side.body].sides if segment.part == side.part
             ),
         )
-        for side in problem.interfaces
+        for side in posed.interfaces
     }
 
 

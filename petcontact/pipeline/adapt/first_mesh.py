@@ -16,9 +16,9 @@ from ...arrays import Array, Mask
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
 from ...given.bodies import Body
 from ...given.conditions import Contact
+from ...given.posed import Posed
 from ...given.tables.solver_options import MeshOptions
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import sides
 from ...refinement.panels.data_lines import with_data_lines
@@ -51,11 +51,11 @@ class FirstMeshes:
         (`slender`).
     """
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem = problem
+    def __init__(self, posed: Posed) -> None:
+        self._posed = posed
         self._soft = [
             (side, side.primary)
-            for side in problem.interfaces
+            for side in posed.interfaces
             if side.primary is not None and self._presses(side.body, side.primary[0])
         ]
         self._all: list[SurfaceMesh] = []
@@ -69,7 +69,7 @@ class FirstMeshes:
         return self._all[number]
 
     def _own(self, number: int, given: Body, boundary: Boundary, nodes: float) -> SurfaceMesh:
-        posed = first_options(given, boundary, bilateral=self._problem.holds_normals)
+        posed = first_options(given, boundary, bilateral=self._posed.holds_normals)
         mesh = as_surface(mesh_of(posed, boundary))
         if given.mesh.automatic and bends(mesh, given):
             posed = replace(posed, mesh=posed.mesh.model_copy(update={"order": 2}))
@@ -84,9 +84,9 @@ class FirstMeshes:
     def _of_all(self, nodes: float) -> list[SurfaceMesh]:
         """Return the first meshes of all bodies, with soft primaries refined for their stiff
         secondaries."""
-        outlines = self._problem.boundaries
+        outlines = self._posed.boundaries
         meshes = [
-            self._own(b, body_alone(self._problem, b, outline), outline, nodes)
+            self._own(b, body_alone(self._posed, b, outline), outline, nodes)
             for b, outline in enumerate(outlines)
         ]
         for side, (b, part) in self._soft:
@@ -102,7 +102,7 @@ class FirstMeshes:
 
         The primary's panels are then at most `LONGER` times as long as the opposite ones.
         """
-        stiff, soft = (self._problem.body[b] for b in (secondary, primary))
+        stiff, soft = (self._posed.bodies[b] for b in (secondary, primary))
         return stiff.material.young_modulus > soft.material.young_modulus and soft.mesh.automatic
 
 

@@ -72,10 +72,10 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     """
     if solution.accuracy.is_known or not solution.converged:
         return solution
-    missed = missed_data(solution.problem, [*solution.meshes.values()])
+    missed = missed_data(solution.posed, [*solution.meshes.values()])
     solution = solution.with_findings(new_finding("known data", text) for text in missed)
     reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"
-    if solution.problem.boundaries[0].dim > 2 and solution.nodes and not reason:
+    if solution.posed.boundaries[0].dim > 2 and solution.nodes and not reason:
         error, of_resultants = TailErrors(solution).error()
         return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
     reason = reason or _costly(solution)
@@ -108,7 +108,7 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
 def carries_something(solution: Solution) -> bool:
     """Return whether the solution has u_t, u without contact, or tractions above round-off, to
     estimate an error of."""
-    least = ROUNDED * min(body.material.young_modulus for body in solution.problem.body)
+    least = ROUNDED * min(body.material.young_modulus for body in solution.posed.bodies)
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
     return solution.kind != "contact" or any((pair.size > least).any() for pair in pairs)
 
@@ -116,7 +116,7 @@ def carries_something(solution: Solution) -> bool:
 def _costly(solution: Solution) -> str:
     """Return why the problem is not solved on a coarser mesh, or ""."""
     meshes = list(solution.meshes.values())
-    if not all(body.geometry.has_inside for body in solution.problem.body):
+    if not all(body.has_inside for body in solution.posed.bodies):
         return "a superelement has one mesh"
     if any(mesh.n_nodes > FEW * 4 ** (mesh.dim - 2) for mesh in meshes):
         return f"more than {FEW} nodes a body; compare with a finer mesh"
@@ -125,8 +125,8 @@ def _costly(solution: Solution) -> str:
     if solution.wear is not None:
         return "wear over cycles is not computed twice; compare with a finer mesh"
     if solution.kind == "bilateral":
-        outline = as_outline(solution.problem.outline(), "u_t")
-        if min(map(min, corner_exponents(solution.problem.bodies[0], outline))) < WEAK:
+        outline = as_outline(solution.posed.boundaries[0], "u_t")
+        if min(map(min, corner_exponents(solution.posed.bodies[0], outline))) < WEAK:
             return "sides that slide meet at nearly 180°, which no polynomials resolve; use --adapt"
     return ""
 
@@ -182,7 +182,7 @@ def _difference(solution: Solution, coarse: Solution) -> Accuracy:
         return Accuracy(error=displacement_difference(coarse, solution))
     if solution.kind == "bilateral":
         body = GradedOutline.from_body(
-            solution.problem.bodies[0], as_outline(solution.problem.outline(), "u_t")
+            solution.posed.bodies[0], as_outline(solution.posed.boundaries[0], "u_t")
         )
         apart = line_difference(contact_lines(body, coarse), contact_lines(body, solution))
         return Accuracy(error=apart / displacement_scale(solution))

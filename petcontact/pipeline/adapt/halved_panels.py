@@ -8,7 +8,7 @@ from ...contact.state import Start
 from ...errors import InputError
 from ...geometry.surface import Boundary
 from ...given.bodies import Body
-from ...model.problem import Problem
+from ...given.posed import Posed
 from ...refinement.levels import believed
 from ...refinement.marks import LevelMesh
 from ...refinement.meshes import mesh_of, resized
@@ -40,10 +40,10 @@ class HalvedPanels(Strategy):
 
     levels, accuracy = range(12), 2e-2
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, posed: Posed) -> None:
         self.differences: list[float] = []
         self.wanted, self.asked, self.exhausted = self.accuracy, False, ""
-        self._problem = problem
+        self._posed = posed
         self._last: Solution | None = None
 
     def refine(self, number: int, posed: Body, boundary: Boundary, level: int) -> LevelMesh:
@@ -65,17 +65,15 @@ class HalvedPanels(Strategy):
     def _too_much(self, solution: Solution, level: int) -> str:
         """Return why a level cannot be solved, or ""."""
         bodies = [
-            body_alone(self._problem, number, boundary)
-            for number, boundary in enumerate(self._problem.boundaries)
+            body_alone(self._posed, number, boundary)
+            for number, boundary in enumerate(self._posed.boundaries)
         ]
-        pairs = list(zip(bodies, self._problem.boundaries, strict=True))
+        pairs = list(zip(bodies, self._posed.boundaries, strict=True))
         try:
             meshes = [self.refine(k, *pair, level).mesh for k, pair in enumerate(pairs)]
         except InputError as error:
             return f"there is no finer mesh ({error})"
-        return beyond_budget(
-            self._problem, meshes, (len(solution.steps), 0), self.wanted, self.asked
-        )
+        return beyond_budget(self._posed, meshes, (len(solution.steps), 0), self.wanted, self.asked)
 
     @property
     def estimate(self) -> float:

@@ -108,7 +108,7 @@ class LevelSolver:
     def _is_too_loose(self, failed: StepResult) -> bool:
         """Return whether an increment failed because of the compression tolerance."""
         compressed = self.discrete is not None and has_compressed(
-            self.discrete.problem.bem, self.discrete.meshes
+            self.discrete.posed.bem, self.discrete.meshes
         )
         return (
             compressed
@@ -145,7 +145,7 @@ class LevelSolver:
         began = time.perf_counter()
         discrete = discretise(self.problem, make, self._law)
         changes = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
-        bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
+        bem, method = discrete.posed.bem.model_copy(update=changes), self.problem.method
         if last is not None:  # contact sets may cycle without end
             needed = max((step.iterations for step in last.steps), default=0)
             method = method.model_copy(

@@ -19,6 +19,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...errors import InputError, SolverError
+from ...given.posed import Posed
 from ...model.problem import Problem
 from ...refinement.levels import check_accuracy
 from ...results.report import Finding
@@ -47,13 +48,13 @@ AFTER = "(on the mesh after the last)"
 ENDED = "the adaptive solve was ended after mesh"
 
 
-def strategy_for(problem: Problem) -> Strategy:
+def strategy_for(posed: Posed) -> Strategy:
     """Return the strategy: for u_t of the paper's problem, else for p and q or u without contact,
     in space for their tails or for u."""
-    if problem.boundaries[0].dim > 2:
-        return PanelTails(problem) if problem.interfaces else HalvedPanels(problem)
-    scalar = problem.kind == "bilateral" and not problem.twisted
-    return Slip() if scalar else Tractions(problem)
+    if posed.boundaries[0].dim > 2:
+        return PanelTails(posed) if posed.interfaces else HalvedPanels(posed)
+    scalar = posed.kind == "bilateral" and not posed.twisted
+    return Slip() if scalar else Tractions(posed)
 
 
 class AdaptiveSolve:
@@ -88,7 +89,7 @@ class AdaptiveSolve:
                 f"method.start: {problem.method.start!r} is on one mesh, and an adaptive solve "
                 "begins on meshes of its own; name mesh.element_size, or leave it out"
             )
-        self.strategy = strategy_for(problem)
+        self.strategy = strategy_for(problem.posed)
         self.solver = LevelSolver(problem, comm, monitor, law, announce)
         self.solutions: list[Solution] = []
         self.left = 0.0

@@ -12,8 +12,8 @@ import numpy as np
 from ...arrays import Array
 from ...contact.state import Start
 from ...given.interfaces import PosedInterface
+from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.problem import Problem
 from ...refinement.panels.patches import patches_of
 from ...refinement.panels.rings import ringed, sector
 from ...refinement.panels.small_contact import SmallContact, overlapping_contact, small_contact
@@ -45,14 +45,14 @@ class EllipticContacts:
 
     Parameters
     ----------
-    problem : Problem
+    posed : Posed
     first : mapping
         First mesh of each body, by its number.
     """
 
-    def __init__(self, problem: Problem, first: Mapping[int, SurfaceMesh]) -> None:
-        self._surfaces = [shape if shape.known else None for shape in problem.boundaries]
-        faces = {side.name: side.ends for side in problem.interfaces}
+    def __init__(self, posed: Posed, first: Mapping[int, SurfaceMesh]) -> None:
+        self._surfaces = [shape if shape.known else None for shape in posed.boundaries]
+        faces = {side.name: side.ends for side in posed.interfaces}
         ends = [face for both in faces.values() for face in both]
         self._faces = {
             name: both
@@ -185,15 +185,13 @@ def zone_about(expected: SmallContact) -> ContactEllipse:
     return ContactEllipse(expected.centre, (expected.axes * expected.half[:, None]).T)
 
 
-def small_contacts(
-    problem: Problem, solution: Solution
-) -> list[tuple[PosedInterface, SmallContact]]:
+def small_contacts(posed: Posed, solution: Solution) -> list[tuple[PosedInterface, SmallContact]]:
     """Return contacts after the last step that lie between nodes or are smaller than their
     panels."""
     contacts, step = [], solution.tried[-1]
     depth = step.residuals.get("between", 0.0) if step.status != "converged" else 0.0
-    for side in problem.interfaces:
-        both = [problem.body[number] for number in (side.body, *(side.primary or ())[:1])]
+    for side in posed.interfaces:
+        both = [posed.bodies[number] for number in (side.body, *(side.primary or ())[:1])]
         soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
         mesh, pair, nodes = (
             as_surface(solution.meshes[both[0].name]),

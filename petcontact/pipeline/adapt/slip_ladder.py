@@ -158,7 +158,7 @@ def contact_lines(body: GradedOutline, solution: Solution) -> list[ContactLine]:
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
     element = mesh.element[contact.nodes]
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
-    compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
+    compliance = kernel_for(mesh, solution.posed.bodies[0].material).half_space_compliance
     compliance *= float(mesh.measure[contact.nodes].sum())
     # by less friction displaces a half-space by round-off only
     negligible = HALF * displacement_scale(solution) / compliance

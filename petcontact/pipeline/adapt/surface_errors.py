@@ -61,7 +61,7 @@ class TailErrors:
     """
 
     def __init__(self, solution: Solution) -> None:
-        self.solution, self._sides = solution, solution.problem.interfaces
+        self.solution, self._sides = solution, solution.posed.interfaces
         self.meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
         self._sizes = [element_sizes(mesh) for mesh in self.meshes]
         self._of_gaps = dict[tuple[int, int], Array]()
@@ -75,11 +75,11 @@ class TailErrors:
     def _gaps(self) -> list[GapRemainder | None]:
         solution = self.solution
         nodes = [solution.nodes[side.name] for side in self._sides]
-        return gap_remainders(solution.problem, self.meshes, nodes)
+        return gap_remainders(solution.posed, self.meshes, nodes)
 
     @functools.cached_property
     def _data(self) -> DataRemainders:
-        return DataRemainders(self.solution.problem.bodies, self.meshes)
+        return DataRemainders(self.solution.posed.bodies, self.meshes)
 
     def gap_squares(self, step: StepResult, number: int) -> Array:
         """Return the squared error of p from the part of a gap that elements do not represent,
@@ -148,14 +148,14 @@ class TailErrors:
 
         It is that of the integrals of given tractions and of volume forces, that of bending and of
         loads inside, and what tractions lack to balance."""
-        given = self._data.resultant_error() + missed_volume(self.solution.problem, self.meshes)
+        given = self._data.resultant_error() + missed_volume(self.solution.posed, self.meshes)
         return given + self._of_bodies + self._unbalanced
 
     @functools.cached_property
     def _of_bodies(self) -> float:
         """Relative error of p by the bending of thin bodies, and by what polynomials miss of loads
         inside bodies [-]."""
-        each = zip(self.meshes, self.solution.problem.bodies, strict=True)
+        each = zip(self.meshes, self.solution.posed.bodies, strict=True)
         bending = max(bending_error(mesh, held_nodes(mesh, body)) for mesh, body in each)
         volumes = [*self.solution.volume_solutions.values()]
         pairs = [
@@ -333,7 +333,7 @@ class TailErrors:
         of_t = np.bincount(
             mesh.element, mesh.weight * tails.errors(body.traction, (1.0,), 1.0) ** 2
         )
-        kernel = kernel_for(mesh, solution.problem.body[0].material)
+        kernel = kernel_for(mesh, solution.posed.bodies[0].material)
         of_others = (
             OTHER_FACES**2 * faded(mesh, contact) * of_u
             + (HELD * kernel.half_space_compliance * self._sizes[0]) ** 2 * of_t

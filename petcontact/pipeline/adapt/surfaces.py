@@ -16,9 +16,9 @@ from ...contact.state import Start
 from ...geometry.surface import Boundary
 from ...given.bodies import Body
 from ...given.interfaces import PosedInterface
+from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.problem import Problem
 from ...refinement.known_data import gap_edges
 from ...refinement.marks import LevelMesh
 from ...refinement.panels.axes import at_edges, halved, matched, sides
@@ -64,10 +64,10 @@ class PanelTails:
 
     levels, accuracy = range(40), 2e-2
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, posed: Posed) -> None:
         self.differences: list[float] = []
         self.estimate, self.wanted, self.asked, self.exhausted = math.inf, self.accuracy, False, ""
-        self._problem, self._sides = problem, problem.interfaces
+        self._posed, self._sides = posed, posed.interfaces
         self._estimates: list[float] = []
         self._resultants, self._shared, self._motions = math.nan, 0.0, 0
         self._last: Solution | None = None
@@ -75,15 +75,15 @@ class PanelTails:
             list[BoundaryMesh](),
             list[tuple[PosedInterface, SmallContact]](),
         )
-        self._first = FirstMeshes(problem)
-        self._elliptic = EllipticContacts(problem, self._first.plain)
+        self._first = FirstMeshes(posed)
+        self._elliptic = EllipticContacts(posed, self._first.plain)
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
     def refine(self, number: int, posed: Body, boundary: Boundary, level: int) -> LevelMesh:
         """Return the first mesh of a body, from the config if it names one; later the refined
         mesh."""
         if not self._meshes:
-            bodies = len(self._problem.body)
+            bodies = len(self._posed.bodies)
             return LevelMesh(
                 self._first.mesh(
                     number, posed, boundary, budget_of(bodies, self.asked).nodes / bodies
@@ -143,7 +143,7 @@ class PanelTails:
 
         small = {
             side.name: zone_about(expected)
-            for side, expected in small_contacts(self._problem, solution)
+            for side, expected in small_contacts(self._posed, solution)
         }
         meshes = self._elliptic.meshes(solution, small, (self.estimate, self.wanted), completed)
         self._meshes = [*meshes] or self._meshes
@@ -162,7 +162,7 @@ class PanelTails:
         if failed.status != "not converged" or not kinds:
             return False
         unresolved = bool(kinds & WHOLE_MESH)
-        self._expected = small_contacts(self._problem, solution)
+        self._expected = small_contacts(self._posed, solution)
         if not unresolved and self._follows(solution):
             return True
         errors = TailErrors(solution)
@@ -170,7 +170,7 @@ class PanelTails:
         for mask, more in zip(marked, self._overlapping(errors, failed), strict=True):
             mask |= more
         for panels_of in (overlapping_sides, unseen_panels):
-            for mask, more in zip(marked, panels_of(self._problem, solution, failed), strict=True):
+            for mask, more in zip(marked, panels_of(self._posed, solution, failed), strict=True):
                 mask |= more
         self._refine(errors, marked, [mask[:, 0] & False for mask in marked])
         return not self.exhausted
@@ -263,7 +263,7 @@ class PanelTails:
         """
         solution = errors.solution
         meshes = [as_surface(mesh) for mesh in errors.meshes]
-        small = small_contacts(self._problem, solution)
+        small = small_contacts(self._posed, solution)
         if small:
             within = self._within(meshes, small)
             marked = [mask | more for mask, more in zip(marked, within, strict=True)]
@@ -329,7 +329,7 @@ class PanelTails:
     def _edges(self) -> list[tuple[Boundary, list[Array]]]:
         """The surface of each interface's secondary, and the points of the edges that press on
         it."""
-        boundaries = self._problem.boundaries
+        boundaries = self._posed.boundaries
         return [
             (boundaries[side.body], gap_edges(boundaries[side.body], side.part, side.law.gap))
             for side in self._sides
@@ -380,10 +380,10 @@ class PanelTails:
             marked[thin] |= slender(meshes[thin], multiple)
         finer = [
             cut(mesh, mask, surface)
-            for mesh, mask, surface in zip(meshes, marked, self._problem.boundaries, strict=True)
+            for mesh, mask, surface in zip(meshes, marked, self._posed.boundaries, strict=True)
         ]
         parent = [parents(mesh, mask) for mesh, mask in zip(meshes, marked, strict=True)]
-        more = bent_sides(self._problem, self._last, finer, self.wanted) if self._last else []
+        more = bent_sides(self._posed, self._last, finer, self.wanted) if self._last else []
         if (
             any(mask.any() for mask in more)
             and self._last is not None
@@ -395,7 +395,7 @@ class PanelTails:
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
         return beyond_budget(
-            self._problem, meshes, (len(solution.steps), self._motions), self.wanted, self.asked
+            self._posed, meshes, (len(solution.steps), self._motions), self.wanted, self.asked
         )
 
     def shown(self) -> dict[str, Any]:

@@ -14,8 +14,8 @@ from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...given.bodies import Body
+from ...given.posed import Posed
 from ...mesh.curve_mesh import as_curve
-from ...model.problem import Problem
 from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
 from ...refinement.known_data import SideData, varying_data
 from ...refinement.levels import CONTACT_LADDER, Level, believed
@@ -61,16 +61,16 @@ class Tractions(Strategy):
 
     accuracy, exhausted = 1e-2, ""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, posed: Posed) -> None:
         self.differences: list[float] = []
         self.wanted, self.asked = self.accuracy, True
-        self._problem, self._bodies = problem, dict[int, GradedOutline]()
+        self._posed, self._bodies = posed, dict[int, GradedOutline]()
         self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
-        self._sides = {side.name: (side.body, side.part) for side in problem.interfaces}
-        outlines = [as_outline(boundary, "--adapt").joined for boundary in problem.boundaries]
-        self._pressed = pressed_sides(outlines, problem.interfaces)
-        self._places = fading_places(problem)
+        self._sides = {side.name: (side.body, side.part) for side in posed.interfaces}
+        outlines = [as_outline(boundary, "--adapt").joined for boundary in posed.boundaries]
+        self._pressed = pressed_sides(outlines, posed.interfaces)
+        self._places = fading_places(posed)
 
     @property
     def levels(self) -> tuple[Level, ...]:

@@ -15,10 +15,10 @@ from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...geometry.surface import Boundary
 from ...given.bodies import NO_RISE
+from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import sag
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.problem import Problem
 from ...refinement.panels.hanging import bent
 from ...refinement.panels.quartering import cut
 from ...results.records import StepResult
@@ -53,8 +53,7 @@ def missed_curves(
         approach = float(np.abs(interface.gap[closed]).max(initial=0.0))
         closed_points = discrete.meshes[side.body].x[interface.nodes[closed]]
         for number, part in side.ends:
-            body = discrete.problem.body[number]
-            surface = body.geometry.outline()
+            body, surface = discrete.posed.bodies[number], discrete.boundaries[number]
             if surface.known or surface.exact or not (surface.has_inside and approach > 0.0):
                 continue
             height = _height(first[body.name], part, closed_points)
@@ -81,7 +80,7 @@ def _height(mesh: BoundaryMesh, part: str, points: Array) -> float:
 
 
 def bent_sides(
-    problem: Problem, solution: Solution, meshes: Sequence[SurfaceMesh], accuracy: float
+    posed: Posed, solution: Solution, meshes: Sequence[SurfaceMesh], accuracy: float
 ) -> list[Mask]:
     """Return the panels to cut in each body (n_elements, 2), whose sides leave a curved face by too
     much.
@@ -90,7 +89,7 @@ def bent_sides(
     the largest pressure.
     """
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-    for side in [side for side in problem.interfaces if side.law.normal == "unilateral"]:
+    for side in [side for side in posed.interfaces if side.law.normal == "unilateral"]:
         ends, bodies = (
             [step.pairs[side.name] for step in solution.steps],
             [side.body, *(side.primary or ())[:1]],
@@ -99,25 +98,25 @@ def bent_sides(
         most = max(float(pair.pressure.max(initial=0.0)) for pair in ends)
         soft = sum(
             (1.0 - b.material.poisson_ratio**2) / b.material.young_modulus
-            for b in map(problem.body.__getitem__, bodies)
+            for b in map(posed.bodies.__getitem__, bodies)
         )
         strain, size = accuracy * most * soft, float(np.sqrt(ends[-1].weight[closed].sum()))
         for b in bodies:
-            if surface := _curved(problem, b):
+            if surface := _curved(posed, b):
                 marked[b] |= bent(meshes[b], surface, ends[-1].x[closed], strain, strain * size)
     return marked
 
 
-def missed_volume(problem: Problem, meshes: Sequence[SurfaceMesh]) -> float:
+def missed_volume(posed: Posed, meshes: Sequence[SurfaceMesh]) -> float:
     """Return the largest share of the volume of a body with volume forces that its panels miss of
     curved faces [-].
 
     Panels of half the size miss a sixteenth of it: quadratic ones miss the fourth power.
     """
     shares = [0.0]
-    for body, mesh in zip(problem.bodies, meshes, strict=True):
+    for body, mesh in zip(posed.bodies, meshes, strict=True):
         forces = [replace(each, temperature=NO_RISE) for each in body.loads]
-        surface = _curved(problem, body.number)
+        surface = _curved(posed, body.number)
         if surface is not None and not all(each.is_none for each in forces):
             finer = cut(mesh, np.ones((mesh.n_elements, 2), dtype=bool), surface)
             own, whole = (
@@ -127,7 +126,7 @@ def missed_volume(problem: Problem, meshes: Sequence[SurfaceMesh]) -> float:
     return max(shares)
 
 
-def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
+def overlapping_sides(posed: Posed, solution: Solution, failed: StepResult) -> list[Mask]:
     """Return the panels to cut in each body (n_elements, 2), whose sides explain an overlap between
     nodes.
 
@@ -139,7 +138,7 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
         failed.residuals["between"],
     )
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-    for side in problem.interfaces:
+    for side in posed.interfaces:
         element, gap = (
             meshes[side.body].element[solution.nodes[side.name]],
             failed.pairs[side.name].gap,
@@ -147,7 +146,7 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
         lowest = lowest_between(element, gap, meshes[side.body].n_elements)
         near = failed.pairs[side.name].x[lowest[element] <= gap.min()]
         for b, part in side.ends:
-            if surface := _curved(problem, b):
+            if surface := _curved(posed, b):
                 on_part = meshes[b].part == meshes[b].part_names.index(part)
                 off = bent(
                     meshes[b],
@@ -172,7 +171,7 @@ def lowest_between(element: Index, gap: Array, count: int) -> Array:
     return np.asarray(2.0 * least + most)
 
 
-def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
+def unseen_panels(posed: Posed, solution: Solution, failed: StepResult) -> list[Mask]:
     """Return the panels to cut in each body (n_elements, 2) where a contact without pressure may
     begin.
 
@@ -181,7 +180,7 @@ def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> l
     """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-    for side in problem.interfaces:
+    for side in posed.interfaces:
         if side.primary is not None and not failed.pairs[side.name].pressure.any():
             mesh, opposite = meshes[side.body], meshes[side.primary[0]]
             nodes, size = mesh.nodes_of(side.part), np.sqrt(np.bincount(mesh.element, mesh.weight))
@@ -194,7 +193,7 @@ def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> l
     return marked
 
 
-def _curved(problem: Problem, body: int) -> Boundary | None:
+def _curved(posed: Posed, body: int) -> Boundary | None:
     """Return the exact surface of a body, or None if it is unknown or plane."""
-    surface = problem.body[body].geometry.outline()
+    surface = posed.boundaries[body]
     return surface if surface.exact else None

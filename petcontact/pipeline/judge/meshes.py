@@ -9,9 +9,9 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...geometry.surface import Boundary
 from ...given.interfaces import PosedInterface
+from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
-from ...model.problem import Problem
 from ...results.report import Finding
 from ...round_off import WRITTEN
 from .findings import limit_of, new_finding
@@ -44,7 +44,7 @@ def too_long_to_bend(mesh: BoundaryMesh) -> Mask:
 
 
 def check_meshes(
-    problem: Problem,
+    posed: Posed,
     meshes: Sequence[BoundaryMesh],
     boundaries: Sequence[Boundary],
     adapted: bool,
@@ -56,7 +56,7 @@ def check_meshes(
     refused if elements that cannot solve bending are more than a tenth of its boundary.
     """
     findings = []
-    for body, mesh, boundary in zip(problem.body, meshes, boundaries, strict=True):
+    for body, mesh, boundary in zip(posed.bodies, meshes, boundaries, strict=True):
         name = body.name
         if not adapted or boundary.meshed:
             findings += _distorted(name, mesh)
@@ -118,10 +118,10 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
     return [new_finding("distortion", text, "mesh", measured=float(ratio[worst]))]
 
 
-def check_stiffness(problem: Problem) -> list[Finding]:
+def check_stiffness(posed: Posed) -> list[Finding]:
     """Find bodies whose displacements lose digits, since the Young's moduli differ too much."""
-    names = [body.name for body in problem.body]
-    moduli = [body.material.young_modulus for body in problem.body]
+    names = [body.name for body in posed.bodies]
+    moduli = [body.material.young_modulus for body in posed.bodies]
     soft, stiff = int(np.argmin(moduli)), int(np.argmax(moduli))
     if moduli[stiff] <= limit_of("stiffness") * moduli[soft]:
         return []

@@ -19,11 +19,11 @@ from ...geometry.rotation import lifted
 from ...given.bodies import Body
 from ...given.conditions import Condition, Term
 from ...given.interfaces import PosedInterface
+from ...given.posed import Posed
 from ...given.sites import Sites
 from ...given.values import Given
 from ...mesh.approximation import Samples, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.problem import Problem
 from ...refinement.panels.marks import element_sizes, faded
 from ...results.records import PairResult
 from ...round_off import TINY
@@ -35,7 +35,7 @@ BINS = 8
 BOUNDS = "friction_bound", "friction_coefficient"
 
 
-def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
+def missed_data(posed: Posed, meshes: Sequence[BoundaryMesh]) -> list[str]:
     """Return a sentence for each given function of which a mesh misses a large share.
 
     The share is the integral of |f - f_h| over that of |f|, with the polynomials f_h of the
@@ -43,23 +43,23 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
 
     Examples
     --------
-    >>> missed_data(problem, [*solution.meshes.values()])
+    >>> missed_data(posed, [*solution.meshes.values()])
     ["body 'body': its mesh misses 97 % of the traction on left, which varies within elements; use
     smaller elements there"]
     """
-    shares, data = dict[tuple[int, str, str], float](), DataRemainders(problem.bodies, meshes)
-    for body in problem.bodies:
+    shares, data = dict[tuple[int, str, str], float](), DataRemainders(posed.bodies, meshes)
+    for body in posed.bodies:
         for part, term in _given_terms(*body.conditions):
             key = body.number, term.kind, part
             shares[key] = max(data.left(body.number, part, term)[1], shares.get(key, 0.0))
-    for side, quantity in itertools.product(problem.interfaces, BOUNDS):
+    for side, quantity in itertools.product(posed.interfaces, BOUNDS):
         datum = getattr(side.law, quantity)
         if datum is not None and datum.varies and datum.everywhere:
             samples, nodal = samples_of_datum(datum, side.part, meshes[side.body])
             share = samples.share(samples.left(nodal), samples.values)
             shares[side.body, quantity.replace("_", " "), side.part] = share
     return [
-        f"body {problem.body[number].name!r}: its mesh misses {share:.0%} of the {quantity} on "
+        f"body {posed.bodies[number].name!r}: its mesh misses {share:.0%} of the {quantity} on "
         f"{part}, which varies within elements; use smaller elements there"
         for (number, quantity, part), share in shares.items()
         if share > limit_of("known data")
@@ -211,7 +211,7 @@ def samples_of_datum(datum: Given, part: str, mesh: BoundaryMesh) -> tuple[Sampl
 
 
 def gap_remainders(
-    problem: Problem, meshes: Sequence[BoundaryMesh], nodes: Sequence[Index]
+    posed: Posed, meshes: Sequence[BoundaryMesh], nodes: Sequence[Index]
 ) -> list[GapRemainder | None]:
     """Return the gap remainder of each contact.
 
@@ -219,11 +219,11 @@ def gap_remainders(
     open.
     """
     remainders = list[GapRemainder | None]()
-    for side, contact_nodes in zip(problem.interfaces, nodes, strict=True):
+    for side, contact_nodes in zip(posed.interfaces, nodes, strict=True):
         gap = side.law.gap
         rough = gap is not None and gap.varies and gap.everywhere
         soft = sum(
-            0.5 * math.pi * kernel_for(meshes[b], problem.body[b].material).half_space_compliance
+            0.5 * math.pi * kernel_for(meshes[b], posed.bodies[b].material).half_space_compliance
             for b in side.bodies
         )
         opens = side.law.normal == "unilateral" and rough

@@ -11,7 +11,7 @@ from ...compliance.interface import Interface
 from ...contact.friction_law import contact_norm, lengths
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import Motions
-from ...model.load_steps import Obstacle
+from ...given.posed import Obstacle
 from ...results.records import StepResult
 from ...results.report import Finding
 from ...results.solution import Solution
@@ -140,13 +140,13 @@ def _sines_off(discrete: Discrete, direction: Array, interface: Interface) -> Ar
 def _ignored(problem: PreparedProblem) -> list[Finding]:
     """Find obstacles without contact, and obstacle loads on components whose motion is given."""
     discrete, kind, findings = problem.discrete, problem.system.motions, []
-    for k, obstacle in enumerate(discrete.problem.obstacle):
+    for k, obstacle in enumerate(discrete.posed.obstacles):
         if all(side.obstacle != k for side in discrete.sides):
             text = f"obstacle {obstacle.name!r} is in no contact"
             findings.append(new_finding("ignored load", text))
         if any(
             load and motion != "free"
-            for o in (end[k] for end in discrete.problem.obstacles_at)
+            for o in (end[k] for end in discrete.posed.obstacles_at)
             for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
         ):
             text = "a force or moment on a component whose motion is given does nothing"
@@ -186,7 +186,7 @@ def _unloaded(problem: PreparedProblem) -> list[int]:
         return []
     return [
         number
-        for number, obstacles in enumerate(discrete.problem.obstacles_at)
+        for number, obstacles in enumerate(discrete.posed.obstacles_at)
         if number > 0
         and not any(data.loaded[number] for data in discrete.data)
         and not any(_is_driven(o, kind) for o in obstacles)
@@ -204,7 +204,7 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
     if not discrete.sides:
         defect = max(float(np.nan_to_num(result.residuals["elastic"])) for result in results)
         return f"nothing is in contact, elastic residual {defect:.1e}"
-    if discrete.holds_normals and not discrete.problem.step:
+    if discrete.holds_normals and not discrete.posed.steps:
         return results[-1].reason
     worst = {
         key: max(0.0 if math.isnan(r.residuals[key]) else float(r.residuals[key]) for r in results)

@@ -31,7 +31,7 @@ def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
 def _strains(solution: Solution) -> list[Finding]:
     """Find bodies with large strains, and loaded bodies with strains that are almost 0."""
     findings = list[Finding]()
-    for body in solution.problem.body if solution.steps else ():
+    for body in solution.posed.bodies if solution.steps else ():
         if not solution.body_fields(body.name).known:
             continue
         _, state = solution.boundary_state(body.name)
@@ -85,8 +85,8 @@ def _frictions(discrete: Discrete) -> list[Finding]:
 
 def _planes(discrete: Discrete) -> list[Finding]:
     """Find plane bodies of which some may not strain across the plane, and others may."""
-    plane = discrete.meshes[0].dim == 2 and discrete.problem.symmetry != "axial"
-    states = {body.material.plane: body.name for body in discrete.problem.body if plane}
+    plane = discrete.meshes[0].dim == 2 and not discrete.posed.axial
+    states = {body.material.plane: body.name for body in discrete.posed.bodies if plane}
     if len(states) < 2:
         return []
     names = " and ".join(f"{name!r} in plane {plane}" for plane, name in sorted(states.items()))
@@ -96,7 +96,7 @@ def _planes(discrete: Discrete) -> list[Finding]:
 
 def _gaps(discrete: Discrete) -> list[Finding]:
     """Find bodies that touch no other one, and gaps that bilateral contact closes by force."""
-    findings, names = list[Finding](), [body.name for body in discrete.problem.body]
+    findings, names = list[Finding](), [body.name for body in discrete.posed.bodies]
     touching = {names[number] for side in discrete.sides for number in side.bodies}
     for name in [name for name in names if name not in touching] if len(names) > 1 else ():
         text = "touches no other body"

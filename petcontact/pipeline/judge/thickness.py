@@ -83,7 +83,7 @@ def compactness(solution: Solution) -> float:
     farther under them: errors of its displacement, relative to itself, are larger errors of t.
     """
     least = 1.0
-    for body in solution.problem.body:
+    for body in solution.posed.bodies:
         mesh, results = (
             solution.meshes[body.name],
             [step.bodies[body.name] for step in solution.tried],

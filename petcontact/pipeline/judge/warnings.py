@@ -39,7 +39,7 @@ def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
     if not moved > limit_of("displacement"):
         return []
     text = (
-        f"body {discrete.problem.body[number].name!r} moves by {moved:.1e} times its size, at most "
+        f"body {discrete.posed.bodies[number].name!r} moves by {moved:.1e} times its size, at most "
         f"{limit_of('displacement'):.0e} is accepted: displacements are taken to be small"
     )
     advice = "check the units of loads and moduli"
@@ -55,7 +55,7 @@ def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]
     """Find bodies, obstacles and interfaces whose motions are not small."""
     turned, moved, rolled = dict[str, float](), dict[str, float](), dict[str, float]()
     for result in results:
-        for mesh, body in zip(discrete.meshes, discrete.problem.body, strict=True):
+        for mesh, body in zip(discrete.meshes, discrete.posed.bodies, strict=True):
             rotation, travel = _rigid_part(mesh, result.bodies[body.name].u)
             _raise(turned, f"body {body.name!r}", rotation)
             _raise(moved, f"body {body.name!r}", travel)
@@ -120,7 +120,7 @@ def rolls(
         points = pair.x[closed]
         width = float(discrete.meshes[posed.body].measure[interface.nodes[closed]].sum())
         for b, part in posed.ends:
-            mesh, name = discrete.meshes[b], discrete.problem.body[b].name
+            mesh, name = discrete.meshes[b], discrete.posed.bodies[b].name
             if np.ptp(mesh.normal[mesh.nodes_of(part)], axis=0).max() < WRITTEN:
                 continue
             arc = _turned(mesh, bodies[name].u, points)
@@ -181,7 +181,7 @@ def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
 
 def _is_asked_for(discrete: Discrete, result: StepResult) -> bool:
     """Return whether the config asks for this increment; others only follow the path."""
-    steps = discrete.problem.step
+    steps = discrete.posed.steps
     return result.step <= len(steps) and steps[result.step - 1].increments != "auto"
 
 

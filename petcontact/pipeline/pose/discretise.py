@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -19,9 +19,11 @@ from ...contact.laws import Tresca
 from ...geometry.surface import Boundary
 from ...given.bodies import Body
 from ...given.interfaces import PosedInterface
+from ...given.posed import WHOLE_LOAD, Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
 from ...mesh.pairs.matching import matched
+from ...model.load_steps import Step
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from ...results.report import Finding
@@ -84,7 +86,34 @@ class Discrete:
     @property
     def sides(self) -> tuple[PosedInterface, ...]:
         """The interfaces as the problem poses them."""
-        return self.problem.interfaces
+        return self.posed.interfaces
+
+    @property
+    def posed(self) -> Posed:
+        """The problem without its config, which is all that later stages read of it."""
+        return self.problem.posed
+
+    @property
+    def config(self) -> str:
+        """The problem as TOML."""
+        return self.problem.toml()
+
+    def with_increments(self, counts: Mapping[int, int], jump: int | None = None) -> Discrete:
+        """Return the same problem with other numbers of increments, by the number of the step, and
+        of cycles taken at once.
+
+        A problem without steps has one then.
+        """
+        given = self.problem.step or ((Step(name=WHOLE_LOAD.name),) if counts else ())
+        steps = tuple(
+            step.model_copy(update={"increments": counts[number]}) if number in counts else step
+            for number, step in enumerate(given, 1)
+        )
+        cycle = self.problem.cycle
+        if cycle is not None and jump is not None:
+            cycle = cycle.model_copy(update={"jump": jump})
+        changes = {"step": steps, "cycle": cycle}
+        return replace(self, problem=self.problem.model_copy(update=changes))
 
     @functools.cached_property
     def motions(self) -> list[Array]:
@@ -132,17 +161,17 @@ def discretise(
     ):
         return replace(like, problem=problem)
     boundaries, meshes = meshed(problem, make_mesh, like)
-    bem = suitable_bem(problem, meshes)
+    bem = suitable_bem(problem.posed, meshes)
     problem = problem if bem is problem.bem else problem.model_copy(update={"bem": bem})
     if like is None:
         # operators that do not fit are refused before the search for contact, which takes long
         needed_memory(
             resolved_bem(bem),
             meshes,
-            *contact_sizes(problem, meshes),
+            *contact_sizes(problem.posed, meshes),
             meshes[0].components - problem.holds_normals,
         )
-    refuse(check_stiffness(problem))
+    refuse(check_stiffness(problem.posed))
     facings = (
         [facing_of(interface, meshes) for interface in problem.interfaces]
         if like is None
@@ -156,7 +185,7 @@ def discretise(
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
     findings += [new_finding("volume loads", note) for note in notes]
     if like is None:
-        of_meshes = check_meshes(problem, meshes, boundaries, make_mesh is not None)
+        of_meshes = check_meshes(problem.posed, meshes, boundaries, make_mesh is not None)
         refuse(of_meshes)
         if make_mesh is None:
             for interface, facing in zip(problem.interfaces, facings, strict=True):
@@ -234,7 +263,7 @@ def meshed(
     """Return the boundaries and the meshes of the bodies; meshes match where parts are opposite."""
     boundaries = list(like.boundaries) if like else problem.boundaries
     check_parts(problem, boundaries)
-    bodies = [body_alone(problem, b, boundary) for b, boundary in enumerate(boundaries)]
+    bodies = [body_alone(problem.posed, b, boundary) for b, boundary in enumerate(boundaries)]
     if like is not None:
         for body, boundary in zip(bodies, boundaries, strict=True):
             check_compatible(boundary, body)

@@ -11,6 +11,7 @@ from ...geometry.surface import Boundary
 from ...given.bodies import Body
 from ...given.conditions import Condition, Contact, Periodic, Traction
 from ...given.interfaces import PosedInterface
+from ...given.posed import Posed
 from ...given.values import Number
 from ...model.problem import Problem
 from ...runtime.hints import demand_name
@@ -126,15 +127,15 @@ def _known_part(key: str, part: str, parts: tuple[str, ...], noun: str = "part")
     demand_name(f"{key}: no {noun}", part, parts, "parts are")
 
 
-def body_alone(problem: Problem, number: int, boundary: Boundary) -> Body:
+def body_alone(posed: Posed, number: int, boundary: Boundary) -> Body:
     """Return one body with a condition on each of its parts.
 
     A contact condition stands for each interface, and free parts have a traction of zero. It serves
     callers that need to know only which parts are held, loaded or in contact.
     """
-    body = problem.bodies[number]
+    body = posed.bodies[number]
     touching: dict[str, Contact] = {}
-    for side in problem.interfaces:
+    for side in posed.interfaces:
         flush = replace(side.law, gap=Number(f"{side.key}.gap", 0.0))
         if side.primary and side.primary[0] == number:
             touching[side.primary[1]] = Contact(side.primary[1], flush)

@@ -13,7 +13,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.friction_law import contact_norm
-from ...model.cycle import cycle_steps
 from ...results.records import StepResult, WearHistory
 from ...round_off import TINY
 from .increment import Increment, IncrementState, Monitor, PreparedProblem
@@ -52,7 +51,7 @@ def later_cycles(
     rows : list of Row
         One row is added for each jump.
     """
-    cycle = problem.discrete.problem.cycle
+    cycle = problem.discrete.posed.cycle
     assert cycle is not None
     if not rows:
         rows.append(_row(done[-1].cycle, state))
@@ -95,11 +94,11 @@ def _one_cycle(
     Return its increments, up to the first that fails, and what the next cycle needs to know of
     each.
     """
-    posed, tried, following = problem.discrete.problem, list[Tried](), list[Earlier]()
-    steps = cycle_steps(posed)
+    posed, tried, following = problem.discrete.posed, list[Tried](), list[Earlier]()
+    steps = posed.cycle_steps
     for s in steps:
         motions, origin = problem.motions(s, state), steps[-1] if s == steps[0] else None
-        step = posed.step[s - 1]
+        step = posed.steps[s - 1]
         increment = Increment(problem, step, s, motions, state, 0.0, origin=origin, cycle=number)
         for target in (r.load_factor for r in done if r.step == s and r.cycle == 1):
             increment = increment.then(target, state)

@@ -115,10 +115,10 @@ def _named(increment: Increment, loose: Array) -> str:
         increment.problem.system,
         np.linalg.norm(loose, axis=0),
     )
-    posed, owners = problem.discrete.problem, list[str]()
-    for body, eliminated in zip(posed.body, system.bodies, strict=True):
+    posed, owners = problem.discrete.posed, list[str]()
+    for body, eliminated in zip(posed.bodies, system.bodies, strict=True):
         owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
-    for obstacle, motion in zip(posed.obstacle, increment.obstacles, strict=True):
+    for obstacle, motion in zip(posed.obstacles, increment.obstacles, strict=True):
         owners += [f"obstacle {obstacle.name!r}"] * int(motion.free.sum())
     names = list(
         dict.fromkeys(owner for owner, part in zip(owners, share, strict=True) if part > 1e-6)
@@ -133,7 +133,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     says how the method ended.
     """
     problem, system = increment.problem, increment.system
-    stepped = problem.discrete.problem.step or increment.target < 1.0
+    stepped = problem.discrete.posed.steps or increment.target < 1.0
     where = f" at load factor {increment.target:.4g}{_of_step(increment)}" if stepped else ""
     if text := unheld(increment, where):
         return text
@@ -141,7 +141,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
         return text
     push = None
     defect = equilibrium_defect(system, outcome.sigma)
-    if system.modes is not None and defect > problem.discrete.problem.method.tolerance:
+    if system.modes is not None and defect > problem.discrete.posed.method.tolerance:
         push = system.modes.unbalanced(outcome.sigma)
     if push is None and system.modes is not None:
         motion = amplitudes(system, outcome)
@@ -173,7 +173,7 @@ def unheld_at_the_end(increment: Increment) -> str:
 def _of_step(increment: Increment) -> str:
     return (
         f" of step {increment.step.name or increment.number!r}"
-        if increment.problem.discrete.problem.step
+        if increment.problem.discrete.posed.steps
         else ""
     )
 
@@ -204,7 +204,7 @@ def unheld(increment: Increment, where: str = "") -> str:
 def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
     """Return the name of the body or obstacle that the loads push, and a text on how they move
     it."""
-    system, posed = increment.problem.system, increment.problem.discrete.problem
+    system, posed = increment.problem.system, increment.problem.discrete.posed
     worst, name, way = 0.0, "a body", "moves it"
     for b, body in enumerate(system.bodies):
         own_push = system.motion(b, push[: system.modes.shape[1]])
@@ -213,7 +213,7 @@ def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
             motion = body.modes @ own_push
             weight = body.mesh.weight / body.mesh.weight.sum()
             worst = float(along)
-            name, way = f"body {posed.body[b].name!r}", _direction(motion, weight)
+            name, way = f"body {posed.bodies[b].name!r}", _direction(motion, weight)
     taken = system.modes.shape[1]
     for k, of_obstacle in enumerate(increment.obstacles):
         names = np.array(MOTIONS[system.components, len(of_obstacle.free)])[of_obstacle.free]
@@ -221,7 +221,7 @@ def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
         taken += len(names)
         if np.abs(own_push).max(initial=0.0) > worst:
             worst = float(np.abs(own_push).max())
-            name = f"obstacle {posed.obstacle[k].name!r}"
+            name = f"obstacle {posed.obstacles[k].name!r}"
             way = f"pushes it {names[np.argmax(np.abs(own_push))]}"
     return name, way
 

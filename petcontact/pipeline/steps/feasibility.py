@@ -34,11 +34,11 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
         If nothing holds a body or an obstacle, with its name, that of the step, and how much of it
         can be held.
     """
-    if not discrete.interfaces or not has_compressed(discrete.problem.bem, discrete.meshes):
+    if not discrete.interfaces or not has_compressed(discrete.posed.bem, discrete.meshes):
         return
     prepared, posed = (
         _rigid(discrete, comm),
-        (discrete.problem.bodies, discrete.meshes, discrete.interfaces),
+        (discrete.posed.bodies, discrete.meshes, discrete.interfaces),
     )
     for number, step in enumerate(prepared.steps, 1):
         data = later_data(
@@ -49,12 +49,12 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
         )
         if data is not None:
             prepared = _rigid(dataclasses.replace(discrete, data=data), comm)
-        where = f" at the end of step {step.name or number!r}" if discrete.problem.step else ""
+        where = f" at the end of step {step.name or number!r}" if discrete.posed.steps else ""
         if message := unheld(whole := whole_step(prepared, number), where):
             held = held_share(whole)
             if step.increments == "auto" and held > 0.0:
                 return
-            load = "step" if discrete.problem.step else "load"
+            load = "step" if discrete.posed.steps else "load"
             share = f": contact can hold {held:.3f} of the {load}" * (held > 0.0)
             raise NoEquilibrium(
                 "equilibrium",
@@ -77,7 +77,7 @@ def _rigid(discrete: Discrete, comm: Any) -> PreparedProblem:
     """The problem with bodies that are not strained."""
     bodies = [RigidBody(*operators_of(discrete, b)) for b in range(len(discrete.meshes))]
     x = [discrete.meshes[face.body].x[face.nodes] for face in discrete.interfaces]
-    centres = [np.array(o.centre_in(discrete.meshes[0].dim)) for o in discrete.problem.obstacle]
-    method = discrete.problem.method
+    centres = [np.array(o.centre_in(discrete.meshes[0].dim)) for o in discrete.posed.obstacles]
+    method = discrete.posed.method
     system = BodiesSystem(bodies, discrete.interfaces, x, centres, comm)
     return PreparedProblem(discrete, system, method_of(method, None, method), comm)

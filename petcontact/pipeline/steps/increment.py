@@ -19,7 +19,7 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...geometry.rotation import Motions
-from ...model.load_steps import Obstacle, Step
+from ...given.posed import WHOLE_LOAD, Obstacle, Step
 from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
 from ..judge.between_nodes import Sampling, places_between
 from ..pose.discretise import Discrete
@@ -29,7 +29,7 @@ Monitor = Callable[[ContactState], str | None]
 """A function that is called with the state after each iteration. If it returns a reason, the solve
 ends."""
 
-WHOLE_LOAD = (Step.model_construct(name="load"),)
+
 HALVINGS = 8
 """How often an increment that fails is halved."""
 
@@ -195,11 +195,11 @@ class PreparedProblem:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; without any, one step to all loads."""
-        return self.discrete.problem.step or WHOLE_LOAD
+        return self.discrete.posed.steps or (WHOLE_LOAD,)
 
     def motions(self, number: int, state: IncrementState) -> list[ObstacleMotion]:
         """Return the motion of each obstacle from its state to the end of step `number`."""
-        kind, obstacles = self.system.motions, self.discrete.problem.obstacles_at[number]
+        kind, obstacles = self.system.motions, self.discrete.posed.obstacles_at[number]
         return [ObstacleMotion.from_obstacle(o, state, k, kind) for k, o in enumerate(obstacles)]
 
     def begun(self) -> IncrementState:
@@ -321,9 +321,11 @@ class Increment:
         SolverError
             If there is no iterate to keep.
         """
-        posed, last = self.problem.discrete.problem, list[ContactState]()
+        posed, last = self.problem.discrete.posed, list[ContactState]()
         where = (
-            f"step {self.number} ({self.name}), load factor {self.target:.4g}" if posed.step else ""
+            f"step {self.number} ({self.name}), load factor {self.target:.4g}"
+            if posed.steps
+            else ""
         )
         where += f", cycle {self.cycle}" if self.cycle > 1 else ""
 

@@ -14,8 +14,7 @@ import numpy as np
 from ...arrays import Array
 from ...bem.boundary_data import BoundaryData
 from ...geometry.rotation import Axial, Motions
-from ...model.cycle import cycle_steps
-from ...model.load_steps import Step
+from ...given.posed import Step
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.signals import answering
@@ -60,8 +59,8 @@ def increments(
         The cycles that are done; more rows are added.
     """
     state, done, rows = state_after(problem, done), list(done), [] if rows is None else rows
-    posed = problem.discrete.problem
-    cycle = cycle_steps(posed)
+    posed = problem.discrete.posed
+    cycle = posed.cycle_steps
     for number, step in enumerate(problem.steps, 1):
         passed = bool(done) and number < done[-1].step
         reached = max((r.load_factor for r in done if r.step == number), default=float(passed))
@@ -173,7 +172,7 @@ class _Shares:
         problem = failed.problem
         # with held normals and no steps a part of the load is solved for only where the whole load
         # has no equilibrium
-        divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
+        divisible = bool(problem.discrete.posed.steps) or not problem.discrete.holds_normals
         least = self.whole * 0.5 ** max(problem.halvings, HALVINGS * (not tried))
         half = 0.5 * (self.target - self.reached)
         if half < least or not (divisible or is_unbalanced(failed)):
@@ -245,7 +244,7 @@ def known_factors(solution: Solution) -> dict[int, list[float]]:
             for result in solution.steps
             if result.step == number and result.cycle <= 1
         ]
-        for number, step in enumerate(solution.problem.step, 1)
+        for number, step in enumerate(solution.posed.steps, 1)
         if step.increments == "auto"
     }
 
@@ -274,7 +273,7 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         gap = np.concatenate([pair.gap for pair in pairs])
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
         sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])
-    poses = [done[-1].obstacles[o.name] for o in problem.discrete.problem.obstacle]
+    poses = [done[-1].obstacles[o.name] for o in problem.discrete.posed.obstacles]
     worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
     return IncrementState(
         slip,
@@ -313,6 +312,6 @@ def data_from(
     before, discrete = [result for result in done if result.step < number], problem.discrete
     if not before:
         return None
-    ends = [before[-1].bodies[body.name] for body in discrete.problem.body]
-    posed = discrete.problem.bodies, discrete.meshes, discrete.interfaces
+    ends = [before[-1].bodies[body.name] for body in discrete.posed.bodies]
+    posed = discrete.posed.bodies, discrete.meshes, discrete.interfaces
     return later_data(*posed, number, discrete.data, [(end.u, end.traction) for end in ends])

@@ -47,7 +47,7 @@ def step_result(
     ]
     bodies = {
         body.name: BodyResult(*of_body)
-        for body, of_body in zip(discrete.problem.body, fields, strict=True)
+        for body, of_body in zip(discrete.posed.bodies, fields, strict=True)
     }
     moved = [float(np.abs(body.u).max(initial=0.0)) for body in bodies.values()]
     elastic, unbalanced = (
@@ -141,7 +141,7 @@ def _elastic_residuals(
 
 def _obstacles(increment: Increment, after: IncrementState) -> dict[str, ObstacleResult]:
     """Return positions and loads of the obstacles by their names."""
-    d, obstacles = increment.problem.system.components, increment.problem.discrete.problem.obstacle
+    d, obstacles = increment.problem.system.components, increment.problem.discrete.posed.obstacles
     return {
         obstacle.name: ObstacleResult(position[:d], axial(position[d:]), load[:d], axial(load[d:]))
         for obstacle, position, load in zip(obstacles, after.positions, after.loads, strict=True)

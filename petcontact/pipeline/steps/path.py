@@ -61,7 +61,7 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
     if number is None:
         return solution
     jointly = any(body.is_solved_jointly for body in problem.system.bodies)
-    with options(problem.discrete.problem.petsc):
+    with options(problem.discrete.posed.petsc):
         costly = jointly and problem.system.size > MOST_NODES
         paths = None if costly else _other_paths(problem, solution, number)
     solution = replace(solution, paths=paths or ())
@@ -105,14 +105,14 @@ def divided_load(
 
     They are steps from the first that depends on the path on.
     """
-    posed = problem.discrete.problem
+    posed = problem.discrete.posed
     first = _first_that_matters(problem, solution)
     if first is None or posed.method.start not in ("zero", "frictionless"):
         return None
     divided = {
         number
         for number, step in enumerate(problem.steps, 1)
-        if number >= first and "increments" not in step.model_fields_set
+        if number >= first and not step.is_divided
     }
     if not divided or count * len(divided) > UNNAMED:
         return None
@@ -121,12 +121,7 @@ def divided_load(
         for step in divided
         if (begun := _begins(problem, solution, step)) is not None
     }
-    steps = tuple(
-        step.model_copy(update={"increments": count}) if number in divided else step
-        for number, step in enumerate(problem.steps, 1)
-    )
-    posed = posed.model_copy(update={"step": steps})
-    discrete = replace(problem.discrete, problem=posed)
+    discrete = problem.discrete.with_increments(dict.fromkeys(divided, count))
     return replace(problem, discrete=discrete, factors=factors)
 
 
@@ -188,11 +183,8 @@ def _along(
 ) -> Solution | None:
     """Return the solution on another path, from a step on, or None. None of its increments may be
     halved."""
-    posed = problem.discrete.problem
-    steps = tuple(step.model_copy(update={"increments": 1}) for step in posed.step)
-    cycle = posed.cycle and posed.cycle.model_copy(update={"jump": 1})
-    posed = posed.model_copy(update={"step": steps, "cycle": cycle})
-    discrete = replace(problem.discrete, problem=posed)
+    single = dict.fromkeys(range(1, len(problem.discrete.posed.steps) + 1), 1)
+    discrete = problem.discrete.with_increments(single, jump=1)
     problem = replace(problem, discrete=discrete, factors=factors, halvings=0)
     rows, done = list[Row](), [result for result in solution.steps if result.step < number]
     try:
@@ -316,7 +308,7 @@ def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tu
         )
         differences.append((apart, text))
         error += apart / (p or 1.0)
-    where = f"step {end.name!r}" if problem.discrete.problem.step else "the load"
+    where = f"step {end.name!r}" if problem.discrete.posed.steps else "the load"
     return error, f"{where} depends on the path: {max(differences)[1]}"
 
 

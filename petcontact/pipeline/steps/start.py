@@ -18,8 +18,6 @@ from ...contact.state import Start
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
-from ...model.cycle import cycle_steps
-from ...model.problem import Problem
 from ...results.records import PairResult, StepResult
 from ...results.solution import Solution, read_result
 from .cycles import Row, rows_of
@@ -54,8 +52,8 @@ def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Ro
     InputError
         If there is no such file or increment, or it was solved with other meshes, data or steps.
     """
-    name = problem.discrete.problem.method.start
-    if name in NAMES or not problem.discrete.problem.step:
+    name = problem.discrete.posed.method.start
+    if name in NAMES or not problem.discrete.posed.steps:
         return [], []
     file, colon, count = name.rpartition(":")
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
@@ -72,23 +70,23 @@ def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Ro
             f"method.start: {file} has {len(steps)} converged increments, got {name!r}"
         )
     steps = _whole_cycles(problem, file, steps[: int(count)] if count else steps)
-    _check_posed(problem.discrete.problem, old.problem, file, steps)
+    _check_posed(problem.discrete.config, old.problem.toml(), file, steps)
     _check_wear(problem, old, file, steps)
     return steps, rows_of(problem, old.wear, max((step.cycle for step in steps), default=0))
 
 
-def _check_posed(posed: Problem, before: Problem, file: str, done: list[StepResult]) -> None:
+def _check_posed(config: str, before: str, file: str, done: list[StepResult]) -> None:
     """Refuse a problem in which the increments of a file are not those of its own first steps.
 
     Raises
     ------
     InputError
     """
-    old, new = (tomllib.loads(config.toml()) for config in (before, posed))
+    old, new = map(tomllib.loads, (before, config))
     count = max((result.step for result in done), default=0)
     done_in, steps_now = (
-        [{**step, "increments": 1} for step in config.get("step", [])[:count]]
-        for config in (old, new)
+        [{**step, "increments": 1} for step in tables.get("step", [])[:count]]
+        for tables in (old, new)
     )
     for difference in (*_differences(old, new), *_differences(done_in, steps_now, "step")):
         raise InputError(
@@ -127,7 +125,7 @@ def _check_wear(
     """
     before, now = (
         {side.name: side.law for side in posed.interfaces}
-        for posed in (old.problem, problem.discrete.problem)
+        for posed in (old.posed, problem.discrete.posed)
     )
     for name in now if steps else ():
         worn = (wear := steps[-1].pairs[name].wear) is not None and wear.any()
@@ -147,8 +145,8 @@ def _whole_cycles(problem: PreparedProblem, file: str, steps: list[StepResult]) 
     InputError
         If there are more cycles than the problem has.
     """
-    posed = problem.discrete.problem
-    numbers, most = cycle_steps(posed), max((step.cycle for step in steps), default=0)
+    posed = problem.discrete.posed
+    numbers, most = posed.cycle_steps, max((step.cycle for step in steps), default=0)
     if posed.cycle is None or most <= 1:
         return steps
     if most > posed.cycle.count:
@@ -171,8 +169,8 @@ def first_iterate(problem: PreparedProblem) -> Start | None:
     InputError
         If there is no such file, or it holds other pairs.
     """
-    name = problem.discrete.problem.method.start
-    if name in NAMES or problem.discrete.problem.step:
+    name = problem.discrete.posed.method.start
+    if name in NAMES or problem.discrete.posed.steps:
         return None
     return carried_over(problem, _read(name, name))
 

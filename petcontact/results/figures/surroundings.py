@@ -69,7 +69,7 @@ def obstacles(solution: SolutionData, factor: float) -> Iterator[tuple[str, Arra
     """Each interface with a rigid obstacle, and how far this is from the nodes as they were (m, d):
     by the gap that was there along the normal, and by its magnified motion; far from the body NaN.
     """
-    for interface in solution.problem.interfaces:
+    for interface in solution.posed.interfaces:
         if interface.primary is not None or interface.periodic:
             continue
         pair = solution.pairs[interface.name]
@@ -212,7 +212,7 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
     """The stretches of all parts that have a condition at the end."""
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         found, curve = solution.bodies[name], as_curve(mesh)
-        conditions = solution.problem.bodies[number].conditions[solution.last.step - 1]
+        conditions = solution.posed.bodies[number].conditions[solution.last.step - 1]
         for part, condition in conditions.items():
             for elements in stretches(curve, part):
                 rows = np.repeat(elements, len(WITHIN))

@@ -100,7 +100,7 @@ def _misfit(solution: SolutionData) -> float:
     """The largest distance that contact has closed [length]: sides that were as far apart, or
     overlapped, meet only where displacements are drawn to scale."""
     largest = 0.0
-    for side in solution.problem.interfaces:
+    for side in solution.posed.interfaces:
         pair = solution.last.pairs.get(side.name)
         if side.periodic or pair is None:
             continue

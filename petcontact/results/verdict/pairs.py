@@ -34,7 +34,7 @@ def pair_lines(tell: Teller) -> list[str]:
     lines, ends = list[str](), tell.ends
     there = ends[-1].pairs if ends else {}
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
-    for posed in (each for each in tell.solution.problem.interfaces if each.name in there):
+    for posed in (each for each in tell.solution.posed.interfaces if each.name in there):
         lines += wrapped(f"  {printable(posed.name)}: ", [*_sides(tell, posed), *law_words(posed)])
         several = len(ends) > 1 and posed.law.normal != "bonded"
         lines += _table(tell, posed, shown) if several else []
