@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Mask
 from ...contact.state import Start
 from ...geometry.surface import Boundary
 from ...given.bodies import Body
@@ -19,21 +18,20 @@ from ...given.interfaces import PosedInterface
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...refinement.known_data import gap_edges
 from ...refinement.marks import LevelMesh
-from ...refinement.panels.axes import at_edges, halved, matched, sides
-from ...refinement.panels.marks import LONGER, facing, faded, largest, too_large, wider_than
-from ...refinement.panels.quartering import cut, parents
+from ...refinement.panels.axes import halved
+from ...refinement.panels.marks import faded, largest, wider_than
 from ...refinement.panels.small_contact import SmallContact
-from ...refinement.panels.tail import FADE
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
-from ..judge.first_panels import bent_sides, lowest_between, overlapping_sides, unseen_panels
+from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panels
+from ..pose.interfaces import body_alone
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
-from .budget import beyond_budget, budget_of
-from .first_mesh import FirstMeshes, slender
+from .banded import Bands
+from .budget import budget_of
+from .cut_panels import CutPanels
 from .ringed import EllipticContacts, expected_start, small_contacts, zone_about
 from .surface_errors import TailErrors
 
@@ -41,7 +39,7 @@ SHARE = 0.9
 """Share of the sum of squared errors whose panels are cut [-]."""
 
 
-class PanelTails:
+class PanelTails(CutPanels):
     """The strategy for p and q, or for u_t in bilateral contact, from the tails of tractions on
     panels.
 
@@ -50,38 +48,32 @@ class PanelTails:
     levels : range
         Numbers of the meshes, as many as the budget allows. In each mesh some panels of the one
         before are cut or get order 2.
-    accuracy : float
-        Default of the wanted accuracy [-].
-    wanted : float
-        The wanted accuracy [-].
-    asked : bool
-        Whether the user named it, which raises the budget.
     estimate : float
         Estimated error of the last mesh [-].
     exhausted : str
         Why there is no next mesh, or "".
     """
 
-    levels, accuracy = range(40), 2e-2
+    levels = range(40)
 
     def __init__(self, posed: Posed) -> None:
+        super().__init__(posed)
         self.differences: list[float] = []
-        self.estimate, self.wanted, self.asked, self.exhausted = math.inf, self.accuracy, False, ""
-        self._posed, self._sides = posed, posed.interfaces
+        self.estimate, self.exhausted = math.inf, ""
         self._estimates: list[float] = []
-        self._resultants, self._shared, self._motions = math.nan, 0.0, 0
-        self._last: Solution | None = None
+        self._resultants, self._shared = math.nan, 0.0
         self._meshes, self._expected = (
             list[BoundaryMesh](),
             list[tuple[PosedInterface, SmallContact]](),
         )
-        self._first = FirstMeshes(posed)
         self._elliptic = EllipticContacts(posed, self._first.plain)
-        self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
+        self._bands = Bands(posed)
 
     def refine(self, number: int, posed: Body, boundary: Boundary, level: int) -> LevelMesh:
         """Return the first mesh of a body, from the config if it names one; later the refined
         mesh."""
+        if not self._meshes:
+            self._meshes = self._with_bands()
         if not self._meshes:
             bodies = len(self._posed.bodies)
             return LevelMesh(
@@ -92,55 +84,66 @@ class PanelTails:
             )
         return LevelMesh(self._meshes[number], 0.0)
 
+    def _with_bands(self) -> list[BoundaryMesh]:
+        """Return first meshes with bands, if long contacts are known before a solve."""
+        posed = self._posed
+        if not all(body.mesh.automatic for body in posed.bodies):
+            return []
+        nodes = budget_of(len(posed.bodies), self.asked).nodes / len(posed.bodies)
+        plain = [
+            self._first.mesh(b, body_alone(posed, b, boundary), boundary, nodes)
+            for b, boundary in enumerate(posed.boundaries)
+        ]
+        completed = functools.partial(self._completed, solution=None)
+        return [*self._bands.first(plain, self.wanted, completed)]
+
     def start(self, problem: PreparedProblem) -> Start | None:
         """Return a start from the first increment of the last solution.
 
         If that mesh was too coarse, the start is closed where contact is expected.
         """
         self._motions = sum(free.shape[2] for free in problem.discrete.motions)
+        if (start := self._bands.start(problem)) is not None:
+            return start
         if self._last is None:
             return expected_start(problem, self._expected)
         return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
 
     def mark(self, solution: Solution, level: int) -> None:
         """Estimate the error of a solution, and make the next meshes from its panels."""
-        self._last, errors = solution, TailErrors(solution)
+        before, self._last, errors = self._last, solution, TailErrors(solution)
         self.estimate, self._resultants = errors.error()
+        if before is not None and before.converged and self.estimate > self.wanted:
+            apart = self._bands.apart((before, solution), errors)
+            self.estimate = min(self.estimate, math.hypot(apart, errors._of_bodies))
         self._shared = errors.shared
         self._estimates.append(self.estimate)
         # rings around one contact mend no error of another one that no node sees
         if self.estimate > self.wanted and (
             errors.are_off_contact(self.estimate) or not self._follows(solution)
         ):
-            steps = step_ends(solution.steps)
-            by_step = [self._squares(errors, step) for step in steps]
-            by_body = [np.sum(mask, axis=0) for mask in zip(*by_step, strict=True)]
-            counts = np.cumsum([0, *map(len, by_body)])
-            marked = largest(np.concatenate(by_body), SHARE)
-            meshes, squares = errors.meshes, errors.directional_squares()
-            own = [marked[a:b] for a, b in itertools.pairwise(counts)]
-            raised = [mask & smooth for mask, smooth in zip(own, errors.smooth(), strict=True)]
-            self._refine(
-                errors,
-                [
-                    halved(mesh, mask & ~higher, tails)
-                    for mesh, mask, higher, tails in zip(meshes, own, raised, squares, strict=True)
-                ],
-                raised,
-            )
+            self._cut_largest(errors)
+
+    def _cut_largest(self, errors: TailErrors) -> None:
+        """Make the next meshes by cutting the panels with the largest errors, or by raising their
+        orders."""
+        by_step = [self._squares(errors, step) for step in step_ends(errors.solution.steps)]
+        by_body = [np.sum(mask, axis=0) for mask in zip(*by_step, strict=True)]
+        marked = largest(np.concatenate(by_body), SHARE)
+        own = np.split(marked, np.cumsum([len(squares) for squares in by_body])[:-1])
+        raised = [mask & smooth for mask, smooth in zip(own, errors.smooth(), strict=True)]
+        cut_ones = [mask & ~higher for mask, higher in zip(own, raised, strict=True)]
+        along = map(halved, errors.meshes, cut_ones, errors.directional_squares())
+        self._refine(errors, list(along), raised)
 
     def _follows(self, solution: Solution) -> bool:
         """Make the next meshes with rings along contact edges; return whether there are such
         meshes."""
-
-        def completed(meshes: list[SurfaceMesh]) -> list[SurfaceMesh]:
-            count = 0
-            while count < (count := sum(mesh.n_elements for mesh in meshes)):
-                meshes = self._cut(
-                    meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-                )[0]
-            return [] if self._too_much(solution, meshes) else meshes
-
+        completed = functools.partial(self._completed, solution=solution)
+        plain = [self._first.plain[b] for b in range(len(self._posed.bodies))]
+        if banded := self._bands.next(solution, plain, completed):
+            self._meshes = [*banded]
+            return True
         small = {
             side.name: zone_about(expected)
             for side, expected in small_contacts(self._posed, solution)
@@ -232,28 +235,6 @@ class PanelTails:
         total = np.concatenate(square) + share * np.concatenate(elsewhere) + data
         return np.split(total, np.cumsum([mesh.n_elements for mesh in meshes])[:-1])
 
-    def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
-        """Return which elements of each body are in a contact part, or face such elements."""
-        touching = [np.zeros(mesh.n_elements, dtype=bool) for mesh in meshes]
-        for side in self._sides:
-            mesh = meshes[side.body]
-            touching[side.body] |= mesh.part == mesh.part_names.index(side.part)
-            if side.primary is not None:
-                b = side.primary[0]
-                touching[b][self._facing(side, meshes)[1]] = True
-        return touching
-
-    def _facing(self, side: PosedInterface, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
-        """Return `facing` of an interface, computed once for the same panels of any order."""
-        assert side.primary is not None
-        b, part = side.primary
-        secondary, primary = as_surface(meshes[side.body]), as_surface(meshes[b])
-        cached = self._faced.get(side.name)
-        if cached is None or cached[0] is not secondary.corners or cached[1] is not primary.corners:
-            couples = facing((secondary, side.part), (primary, part), side.direction)
-            cached = self._faced[side.name] = (secondary.corners, primary.corners, couples)
-        return cached[2]
-
     def _refine(self, errors: TailErrors, marked: list[Mask], raised: list[Mask]) -> None:
         """Make the next meshes: panels of the next order, and panels halved along marked
         coordinates.
@@ -324,79 +305,6 @@ class PanelTails:
             replace(mesh, order=mesh.order + mask)
             for mesh, mask in zip(meshes, raised, strict=True)
         ]
-
-    @functools.cached_property
-    def _edges(self) -> list[tuple[Boundary, list[Array]]]:
-        """The surface of each interface's secondary, and the points of the edges that press on
-        it."""
-        boundaries = self._posed.boundaries
-        return [
-            (boundaries[side.body], gap_edges(boundaries[side.body], side.part, side.law.gap))
-            for side in self._sides
-        ]
-
-    def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
-        """Return the marks of secondaries along coordinates in which panels of boxes end at a rim,
-        or at an edge that presses, and are long."""
-        result = [np.zeros_like(mask) for mask in marked]
-        for side, (outline, edges) in zip(self._sides, self._edges, strict=True):
-            mesh = meshes[side.body]
-            size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
-            on_part = (mesh.part == mesh.part_names.index(side.part))[:, None]
-            long = on_part & (np.linalg.norm(sides(mesh), axis=2) > FADE * size)
-            result[side.body] |= marked[side.body] & long & at_edges(outline, mesh, edges)
-        return result
-
-    def _with_opposite(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
-        """Return the marks with those of panels of primaries that face marked, smaller ones."""
-        vectors, marked = [sides(mesh) for mesh in meshes], [mask.copy() for mask in marked]
-        lengths = [np.linalg.norm(edges, axis=2) for edges in vectors]
-        for side in self._sides:
-            if side.primary is not None:
-                b = side.primary[0]
-                own, opposite = self._facing(side, meshes)
-                axis = matched(vectors[side.body][own], vectors[b][opposite])
-                length = np.take_along_axis(lengths[b][opposite], axis, axis=1)
-                halves = 0.5 * lengths[side.body][own]
-                k, a = np.nonzero(marked[side.body][own] & (length > LONGER * halves))
-                marked[b][opposite[k], axis[k, a]] = True
-        return marked
-
-    def _cut(
-        self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]
-    ) -> tuple[list[SurfaceMesh], list[Index]]:
-        """Return meshes cut along marked coordinates, and the number of each panel's parent.
-
-        Panels that face cut panels, and panels that are too large next to the contact, are cut,
-        too.
-        """
-        marked = [
-            mask | too_large(mesh, contact)
-            for mask, mesh, contact in zip(
-                self._with_opposite(meshes, marked), meshes, self._touching(meshes), strict=True
-            )
-        ]
-        for thin, multiple in self._first.thin.items():
-            marked[thin] |= slender(meshes[thin], multiple)
-        finer = [
-            cut(mesh, mask, surface)
-            for mesh, mask, surface in zip(meshes, marked, self._posed.boundaries, strict=True)
-        ]
-        parent = [parents(mesh, mask) for mesh, mask in zip(meshes, marked, strict=True)]
-        more = bent_sides(self._posed, self._last, finer, self.wanted) if self._last else []
-        if (
-            any(mask.any() for mask in more)
-            and self._last is not None
-            and not self._too_much(self._last, finer)
-        ):
-            finer, number = self._cut(finer, more)
-            parent = [old[new] for old, new in zip(parent, number, strict=True)]
-        return finer, parent
-
-    def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
-        return beyond_budget(
-            self._posed, meshes, (len(solution.steps), self._motions), self.wanted, self.asked
-        )
 
     def shown(self) -> dict[str, Any]:
         """Return fields of `Accuracy`: the estimates of all meshes, and those of resultants on the

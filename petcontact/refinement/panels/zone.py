@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from ...arrays import Array, Mask, States
 from ...mesh.pairs.clipping import cross
+from ...round_off import SINGLE
 
 STRAY = 0.1
 """Largest share of a contact that may differ from the ellipse outside a strip at its edge [-]."""
@@ -16,6 +18,10 @@ STRIP = 0.04
 closed."""
 ELONGATED = 3.0
 """Largest ratio of the axes of an ellipse [-]."""
+
+MOST = 1.2
+"""Largest half-width of lines along a band over the usual one [-]. Hertz' slices are wider next to
+sharp ends."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,80 @@ class ContactEllipse:
             if np.sum(cross(z, np.roll(z, -1, axis=0))) > 0.0
             else ContactEllipse(self.centre, self.axes[:, ::-1])
         )
+
+
+@dataclass(frozen=True)
+class ContactBand:
+    """A long contact on a chart: a ridge, a half-width along it, and its two ends.
+
+    Attributes
+    ----------
+    points, across : (k, 2) arrays
+        Points of the ridge [length], and unit vectors across it, with the ridge right-handed.
+    s, half, load : (k,) arrays
+        Length along the ridge [length], half-width [length], load per length [force/length].
+    ends : (float, float)
+        Where contact begins and ends along the ridge [length].
+    sharp : (bool, bool)
+        Whether p is infinite at these ends; elsewhere it is a root.
+    """
+
+    points: Array
+    across: Array
+    s: Array
+    half: Array
+    load: Array
+    ends: tuple[float, float]
+    sharp: tuple[bool, bool]
+
+    @property
+    def straight(self) -> bool:
+        """Whether the ridge has one direction."""
+        return bool(np.abs(self.across - self.across[:1]).max() < SINGLE)
+
+    @property
+    def widest(self) -> float:
+        """The half-width under most of the load [length]."""
+        force = self.load * np.gradient(self.s)
+        return float(self.half @ force / force.sum())
+
+    def at(self, s: Array) -> tuple[Array, Array]:
+        """Return points and vectors across (n, 2) at places along the ridge, also beyond its
+        ends."""
+        across = np.column_stack([np.interp(s, self.s, column) for column in self.across.T])
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        points = np.column_stack([np.interp(s, self.s, column) for column in self.points.T])
+        beyond = s - np.clip(s, self.s[0], self.s[-1])
+        return points + beyond[:, None] * np.column_stack([-across[:, 1], across[:, 0]]), across
+
+    def load_at(self, s: Array) -> Array:
+        """Return the load per length, q [force/length].
+
+        q² is interpolated: q is a root where contact ends."""
+        first, last = (None if sharp else 0.0 for sharp in self.sharp)
+        return np.sqrt(np.interp(s, self.s, self.load**2, left=first, right=last))
+
+    def lines_at(self, s: Array, least: float) -> Array:
+        """Return the half-widths of lines along the band (n,), at least a share of the usual one
+        [length]."""
+        first, last = (None if sharp else 0.0 for sharp in self.sharp)
+        half = np.sqrt(np.interp(s, self.s, self.half**2, left=first, right=last))
+        return np.clip(half, least * self.widest, MOST * self.widest)
+
+    def coordinates(self, place: Array) -> tuple[Array, Array]:
+        """Return the distances across and the places along the ridge of points (n, 2), (n,)
+        each [length]."""
+        near = scipy.spatial.cKDTree(self.points).query(place)[1]
+        away, across = place - self.points[near], self.across[near]
+        along = away[:, 1] * across[:, 0] - away[:, 0] * across[:, 1]
+        return np.sum(away * across, axis=1), self.s[near] + along
+
+    def holds(self, place: Array) -> Mask:
+        """Return which points (n, 2) of the chart lie in the band."""
+        across, along = self.coordinates(place)
+        half = np.interp(along, self.s, self.half)
+        inside = (along >= self.ends[0]) & (along <= self.ends[1])
+        return np.asarray(inside & (np.abs(across) < half))
 
 
 def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> ContactEllipse | None:

@@ -1,0 +1,347 @@
+"""Meshes whose panels follow long contacts: forecast from the shapes, then from solutions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...contact.state import Start
+from ...fields.boundary.places import located, sizes
+from ...geometry.charts import Chart, chart_of
+from ...geometry.rotation import SPACE
+from ...given.interfaces import PosedInterface
+from ...given.posed import Posed
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...refinement.panels.bands import LEVELS, banded
+from ...refinement.panels.face_gaps import face_gap, opposite
+from ...refinement.panels.forecast import Forecast, forecast_of
+from ...refinement.panels.ridge import Ridge, lowest_sample, ridge_of
+from ...refinement.panels.rings import SHRINK
+from ...refinement.panels.zone import ELONGATED, ContactBand
+from ...results.records import PairResult, StepResult, step_ends
+from ...results.solution import Solution
+from ..steps.increment import PreparedProblem
+from .surface_errors import TailErrors
+
+WIDER = 1.04
+"""Width and length of a band over those that are expected [-]. With bands 5 % too wide errors of p
+were as with right ones, with bands 5 % too narrow they were 2.5 times as large."""
+
+LEFT = SHRINK / (1.0 - SHRINK)
+"""Error of p over its change from a band with one line less between the ridge and the edge [-]. The
+L2 error of polynomials next to a root is proportional to the width of the last panel, which falls
+by `SHRINK` with each line."""
+ERRORS = (0.052, 0.033, 0.023)
+"""Change of p by one more line, with none, one and two lines before, of Hertz' ellipse 1:20."""
+NEAR = 0.01
+"""Distance of a node from a panel of another mesh of its face over the size of the panel, up to
+which it lies on it [-]."""
+SLIGHT = 0.1
+"""Component of a face's normal up to which a given displacement along it does not count [-]."""
+Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
+
+
+@dataclass(frozen=True)
+class _Long:
+    """A long contact: its interface, the charts of its faces, its ridge, and the expected band."""
+
+    side: PosedInterface
+    charts: tuple[Chart, ...]
+    ridge: Ridge
+    band: ContactBand
+
+    def away(self, x: Array) -> Mask:
+        """Return which points (n, 3) are away from ends where p is infinite."""
+        return self.is_inside(self.band.coordinates(self.charts[0].local(x))[1])
+
+    def is_inside(self, along: Array) -> Mask:
+        """Return which places along the ridge are a half-width away from ends where p is
+        infinite."""
+        ends = [end for end, sharp in zip(self.band.ends, self.band.sharp, strict=True) if sharp]
+        away = [np.abs(along - end) > self.band.widest for end in ends]
+        return np.asarray(np.all(away, axis=0) if away else np.full(len(along), True))
+
+
+class Bands:
+    """The bands of the long contacts of a problem, and the numbers of lines that they have had.
+
+    Parameters
+    ----------
+    posed : Posed
+    """
+
+    def __init__(self, posed: Posed) -> None:
+        self._posed, self._boundaries = posed, posed.boundaries
+        ends = [end for side in posed.interfaces for end in side.ends]
+        self._sides = [
+            side
+            for side in posed.interfaces
+            if side.law.normal == "unilateral" and all(ends.count(end) == 1 for end in side.ends)
+        ]
+        self._long = dict[str, _Long]()
+        self.level = dict[str, int]()
+        self._start, self._made = 0, dict[str, int]()
+
+    def first(
+        self, meshes: Sequence[SurfaceMesh], wanted: float, completed: Completed
+    ) -> list[SurfaceMesh]:
+        """Return first meshes with bands where forces on obstacles are known, else none.
+
+        They have so many lines that one more line reaches the wanted error."""
+        self._start = sum(LEFT * error > wanted for error in ERRORS[:-1])
+        forces = {side.name: self._known_force(side) for side in self._sides}
+        return self._laid(
+            meshes, {name: force for name, force in forces.items() if force}, completed
+        )
+
+    def next(
+        self, solution: Solution, meshes: Sequence[SurfaceMesh], completed: Completed
+    ) -> list[SurfaceMesh]:
+        """Return meshes with bands that follow a solution, with more lines than before, or none."""
+        steps = step_ends(solution.steps or solution.tried)
+        forces = {}
+        for side in self._sides:
+            pairs = [step.pairs[side.name] for step in steps]
+            forces[side.name] = max(float(pair.weight @ pair.pressure) for pair in pairs)
+        return self._laid(meshes, forces, completed, solution)
+
+    def apart(self, solutions: tuple[Solution, Solution], errors: TailErrors) -> float:
+        """Return the relative error of p and q by their change from one band to the next [-].
+
+        It is infinite unless all contacts that carry anything have bands on both. Ends at which p
+        is infinite are left out.
+        """
+        before, after = solutions
+        worst = 0.0
+        for old, new in zip(step_ends(before.steps), step_ends(after.steps), strict=True):
+            for side in self._posed.interfaces:
+                if not new.pairs[side.name].size.any():
+                    continue
+                if self._made.get(side.name, 0) < 2:
+                    return np.inf
+                weight = errors.weight(side, new) * self._long[side.name].away(
+                    new.pairs[side.name].x
+                )
+                worst = max(worst, _difference((before, old), (after, new), side, weight))
+        return LEFT * worst
+
+    def start(self, problem: PreparedProblem) -> Start | None:
+        """Return a start without tractions that is closed in the bands, or None without bands.
+
+        Pairs without a band overlap everywhere."""
+        if not self.level:
+            return None
+        v = list[Array]()
+        for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
+            x = problem.discrete.meshes[side.body].x[interface.nodes]
+            v.append(np.zeros((len(x), problem.system.k)))
+            v[-1][:, -1] = 1.0
+            if side.name in self.level:
+                long = self._long[side.name]
+                v[-1][:, -1] = np.where(long.band.holds(long.charts[0].local(x)), 1.0, -1.0)
+        return np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))
+
+    def _laid(
+        self,
+        meshes: Sequence[SurfaceMesh],
+        forces: Mapping[str, float],
+        completed: Completed,
+        solution: Solution | None = None,
+    ) -> list[SurfaceMesh]:
+        """Return meshes with one line more in each band, or none if no band is new."""
+        made, levels = [*meshes], dict(self.level)
+        for side in self._sides:
+            if not forces.get(side.name, 0.0) > 0.0:
+                continue
+            long = self._known(side, forces[side.name])
+            level = self.level.get(side.name, self._start - 1) + 1
+            if long is None or level >= LEVELS:
+                continue
+            if solution is not None and side.name in self.level:
+                long = replace(long, band=followed(long, solution))
+            new = self._on_both(made, long, level)
+            if new is not None:
+                made, levels[side.name], self._long[side.name] = new, level, long
+        if levels == self.level:
+            return []
+        made = completed(made)
+        if made:
+            grown = [name for name, level in levels.items() if level != self.level.get(name)]
+            self._made |= {name: self._made.get(name, 0) + 1 for name in grown}
+            self.level = levels
+        return made
+
+    def _on_both(
+        self, meshes: list[SurfaceMesh], long: _Long, level: int
+    ) -> list[SurfaceMesh] | None:
+        side, result = long.side, [*meshes]
+        for (body, part), chart, band in zip(
+            side.ends, long.charts, self._bands_of(long), strict=False
+        ):
+            mesh = banded(meshes[body], part, chart, band, level)
+            if mesh is None:
+                return None
+            result[body] = mesh
+        return result
+
+    def _bands_of(self, long: _Long) -> list[ContactBand]:
+        """Return the band on the secondary, and the same band on the primary, if that is a body."""
+        own, band = long.charts[0], long.band
+        if len(long.charts) == 1:
+            return [band]
+        chart = long.charts[1]
+        x, normal = own.at(band.points), own.normal(band.points)
+        places = opposite(chart, x, normal, long.side.direction)[0]
+        step = 0.1 * band.widest
+        beside = own.at(band.points + step * band.across)
+        across = opposite(chart, beside, normal, long.side.direction)[0] - places
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        way = np.gradient(places, axis=0)
+        # the faces look at one another: what is right-handed on one is left-handed on the other
+        turned = across[:, 0] * way[:, 1] - across[:, 1] * way[:, 0]
+        across = np.where(turned[:, None] > 0.0, across, -across)
+        return [band, replace(band, points=places, across=across)]
+
+    def _known(self, side: PosedInterface, force: float) -> _Long | None:
+        if side.name not in self._long:
+            long = self._expected(side, force)
+            if long is None:
+                return None
+            self._long[side.name] = long
+        return self._long[side.name]
+
+    def _expected(self, side: PosedInterface, force: float) -> _Long | None:
+        """Return the contact that a force makes, or None if it is not long or has no ridge."""
+        chart, other = self._charts(side, None)
+        if chart is None or (side.primary is not None and other is None):
+            return None
+        gap = face_gap(chart, side.law.gap, side.direction, other)
+        start = lowest_sample(gap, chart)
+        if start is None:
+            return None
+        middle = chart.at(start[None])[0]
+        chart, other = self._charts(side, middle)
+        assert chart is not None
+        gap = face_gap(chart, side.law.gap, side.direction, other)
+        ridge = ridge_of(gap, chart, chart.local(middle[None])[0])
+        if ridge is None or ridge.closed or not ridge.straight:
+            return None
+        forecast = forecast_of(ridge, chart.at(ridge.points), force, self._modulus(side))
+        if not _is_long(forecast):
+            return None
+        charts = (chart,) if other is None else (chart, other)
+        return _Long(side, charts, ridge, band_of(ridge, forecast))
+
+    def _charts(
+        self, side: PosedInterface, middle: Array | None
+    ) -> tuple[Chart | None, Chart | None]:
+        own, *others = [chart_of(self._boundaries[b], part, middle) for b, part in side.ends]
+        return own, (others[0] if others else None)
+
+    def _modulus(self, side: PosedInterface) -> float:
+        """Return E* of the bodies that meet [stress]."""
+        bodies = [self._posed.bodies[b] for b in side.bodies]
+        return 1.0 / sum(
+            (1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in bodies
+        )
+
+    def _known_force(self, side: PosedInterface) -> float | None:
+        """Return the largest force that an obstacle is given, against the secondary, or None."""
+        chart = chart_of(self._boundaries[side.body], side.part)
+        if side.obstacle is None or chart is None:
+            return None
+        normal = chart.normal(0.5 * (chart.low + chart.high)[None])[0]
+        forces = []
+        for obstacles in self._posed.obstacles_at[1:]:
+            obstacle = obstacles[side.obstacle]
+            moved, force = obstacle.motions(SPACE)[:3], obstacle.loads(SPACE)[:3]
+            if any(abs(n) > SLIGHT and u != "free" for n, u in zip(normal, moved, strict=True)):
+                return None
+            forces.append(-float(normal @ np.array(force, dtype=float)))
+        return max(forces)
+
+
+def band_of(ridge: Ridge, forecast: Forecast) -> ContactBand:
+    """Return the band of a forecast, slightly wider and, towards ends that are roots, longer."""
+    middle = 0.5 * (forecast.ends[0] + forecast.ends[1])
+    longer = [1.0 if sharp else WIDER for sharp in forecast.sharp]
+    low, high = (
+        float(np.clip(middle + factor * (end - middle), ridge.s[0], ridge.s[-1]))
+        for factor, end in zip(longer, forecast.ends, strict=True)
+    )
+    at = middle + np.where(forecast.s < middle, longer[0], longer[1]) * (forecast.s - middle)
+    s = np.unique(np.concatenate([at, np.linspace(low, high, ridge.pieces), [low, high]]))
+    half, load = (
+        np.sqrt(np.interp(s, at, values**2)) for values in (WIDER * forecast.half, forecast.load)
+    )
+    return ContactBand(*ridge.at(s), s, half, load, (low, high), forecast.sharp)
+
+
+def followed(long: _Long, solution: Solution) -> ContactBand:
+    """Return a band with the width, the length and the place along the ridge that a solution has.
+
+    Hertz' slices have ∫ p x²/∫ p = a²/4. Along the ridge the second moment of the load is compared
+    with the one that is expected. Ends that are sharp stay.
+    """
+    pair = max(
+        (step.pairs[long.side.name] for step in step_ends(solution.steps or solution.tried)),
+        key=lambda each: float(each.weight @ each.pressure),
+    )
+    band = long.band
+    across, along = band.coordinates(long.charts[0].local(pair.x))
+    force = pair.weight * pair.pressure * long.is_inside(along)
+    usual = band.load * np.gradient(band.s) * long.is_inside(band.s)
+    expected = 0.25 * float(usual @ band.half**2 / usual.sum()) / WIDER**2
+    half = band.half * math.sqrt(float(force @ across**2 / force.sum()) / expected)
+    if any(band.sharp):
+        return replace(band, half=half)
+    both = _spread(band.s, usual), _spread(along, force)
+    s, ends = (_moved(places, *both) for places in (band.s, np.array(band.ends)))
+    return ContactBand(
+        *long.ridge.at(s), s, half, band.load, (float(ends[0]), float(ends[1])), band.sharp
+    )
+
+
+def _moved(places: Array, old: tuple[float, float], new: tuple[float, float]) -> Array:
+    """Return places (n,) moved from one mean and standard deviation to others, slightly longer."""
+    return new[0] + WIDER * new[1] / old[1] * (places - old[0])
+
+
+def _spread(values: Array, weight: Array) -> tuple[float, float]:
+    """Return the mean and the standard deviation of values."""
+    mean = float(weight @ values / weight.sum())
+    return mean, float(np.sqrt(weight @ (values - mean) ** 2 / weight.sum()))
+
+
+def _is_long(forecast: Forecast) -> bool:
+    """Return whether a contact is longer than an ellipse that rings surround."""
+    low, high = forecast.ends
+    return high - low > 2.0 * ELONGATED * forecast.usual
+
+
+def _difference(
+    before: tuple[Solution, StepResult],
+    after: tuple[Solution, StepResult],
+    side: PosedInterface,
+    weight: Array,
+) -> float:
+    """Return the relative L2 difference of p and q of an interface, at the nodes of the second
+    mesh, with weights (m,) [-]."""
+    old, new = (step.pairs[side.name] for _, step in (before, after))
+    mesh = as_surface([*before[0].meshes.values()][side.body])
+    element, place = located(mesh, new.x, side.part, NEAR * sizes(mesh))
+    found = element >= 0
+    basis = mesh.basis_at(element[found], place[found])[:, before[0].nodes[side.name]]
+    square = (basis @ _tractions(old) - _tractions(new)[found]) ** 2
+    of_p, of_q = weight[found] @ square[:, 0], weight[found] @ square[:, 1:].sum(axis=1)
+    size = float(weight @ new.size**2)
+    return math.sqrt(max(float(of_p), float(of_q)) / size) if size > 0.0 else 0.0
+
+
+def _tractions(pair: PairResult) -> Array:
+    """Return p and the vector σ_t, (m, 4) [stress]."""
+    return np.column_stack([pair.pressure, np.einsum("mk,mkd->md", pair.sigma_t, pair.tangent)])

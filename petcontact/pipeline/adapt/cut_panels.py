@@ -1,0 +1,155 @@
+"""Cutting of panels of all bodies of a problem in space, together with those that they need."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...arrays import Array, Index, Mask
+from ...geometry.surface import Boundary
+from ...given.interfaces import PosedInterface
+from ...given.posed import Posed
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...refinement.known_data import gap_edges
+from ...refinement.panels.axes import at_edges, matched, sides
+from ...refinement.panels.marks import LONGER, facing, too_large
+from ...refinement.panels.quartering import cut, parents
+from ...refinement.panels.tail import FADE
+from ...results.solution import Solution
+from ..judge.first_panels import bent_sides
+from .budget import beyond_budget
+from .first_mesh import FirstMeshes, slender
+
+
+class CutPanels:
+    """What an adaptive strategy in space knows about meshes that are cut.
+
+    Attributes
+    ----------
+    accuracy : float
+        Default of the wanted accuracy [-].
+    wanted : float
+        The wanted accuracy [-].
+    asked : bool
+        Whether the user named it, which raises the budget.
+    """
+
+    accuracy = 2e-2
+
+    def __init__(self, posed: Posed) -> None:
+        self.wanted, self.asked = self.accuracy, False
+        self._posed, self._sides = posed, posed.interfaces
+        self._motions = 0
+        self._last: Solution | None = None
+        self._first = FirstMeshes(posed)
+        self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
+
+    def _completed(self, meshes: list[SurfaceMesh], solution: Solution | None) -> list[SurfaceMesh]:
+        """Return meshes whose panels off the contact fit those in it, or none beyond the
+        budget."""
+        count = 0
+        while count < (count := sum(mesh.n_elements for mesh in meshes)):
+            meshes = self._cut(
+                meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
+            )[0]
+        return [] if self._too_much(solution, meshes) else meshes
+
+    def _cut(
+        self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]
+    ) -> tuple[list[SurfaceMesh], list[Index]]:
+        """Return meshes cut along marked coordinates, and the number of each panel's parent.
+
+        Panels that face cut panels, and panels that are too large next to the contact, are cut,
+        too.
+        """
+        marked = [
+            mask | too_large(mesh, contact)
+            for mask, mesh, contact in zip(
+                self._with_opposite(meshes, marked), meshes, self._touching(meshes), strict=True
+            )
+        ]
+        for thin, multiple in self._first.thin.items():
+            marked[thin] |= slender(meshes[thin], multiple)
+        finer = [
+            cut(mesh, mask, surface)
+            for mesh, mask, surface in zip(meshes, marked, self._posed.boundaries, strict=True)
+        ]
+        parent = [parents(mesh, mask) for mesh, mask in zip(meshes, marked, strict=True)]
+        more = bent_sides(self._posed, self._last, finer, self.wanted) if self._last else []
+        if (
+            any(mask.any() for mask in more)
+            and self._last is not None
+            and not self._too_much(self._last, finer)
+        ):
+            finer, number = self._cut(finer, more)
+            parent = [old[new] for old, new in zip(parent, number, strict=True)]
+        return finer, parent
+
+    def _with_opposite(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
+        """Return the marks with those of panels of primaries that face marked, smaller ones."""
+        vectors, marked = [sides(mesh) for mesh in meshes], [mask.copy() for mask in marked]
+        lengths = [np.linalg.norm(edges, axis=2) for edges in vectors]
+        for side in self._sides:
+            if side.primary is not None:
+                b = side.primary[0]
+                own, opposite = self._facing(side, meshes)
+                axis = matched(vectors[side.body][own], vectors[b][opposite])
+                length = np.take_along_axis(lengths[b][opposite], axis, axis=1)
+                halves = 0.5 * lengths[side.body][own]
+                k, a = np.nonzero(marked[side.body][own] & (length > LONGER * halves))
+                marked[b][opposite[k], axis[k, a]] = True
+        return marked
+
+    def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
+        """Return which elements of each body are in a contact part, or face such elements."""
+        touching = [np.zeros(mesh.n_elements, dtype=bool) for mesh in meshes]
+        for side in self._sides:
+            mesh = meshes[side.body]
+            touching[side.body] |= mesh.part == mesh.part_names.index(side.part)
+            if side.primary is not None:
+                b = side.primary[0]
+                touching[b][self._facing(side, meshes)[1]] = True
+        return touching
+
+    def _facing(self, side: PosedInterface, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
+        """Return `facing` of an interface, computed once for the same panels of any order."""
+        assert side.primary is not None
+        b, part = side.primary
+        secondary, primary = as_surface(meshes[side.body]), as_surface(meshes[b])
+        cached = self._faced.get(side.name)
+        if cached is None or cached[0] is not secondary.corners or cached[1] is not primary.corners:
+            couples = facing((secondary, side.part), (primary, part), side.direction)
+            cached = self._faced[side.name] = (secondary.corners, primary.corners, couples)
+        return cached[2]
+
+    @functools.cached_property
+    def _edges(self) -> list[tuple[Boundary, list[Array]]]:
+        """The surface of each interface's secondary, and the points of the edges that press on
+        it."""
+        boundaries = self._posed.boundaries
+        return [
+            (boundaries[side.body], gap_edges(boundaries[side.body], side.part, side.law.gap))
+            for side in self._sides
+        ]
+
+    def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
+        """Return the marks of secondaries along coordinates in which panels of boxes end at a rim,
+        or at an edge that presses, and are long."""
+        result = [np.zeros_like(mask) for mask in marked]
+        for side, (outline, edges) in zip(self._sides, self._edges, strict=True):
+            mesh = meshes[side.body]
+            size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
+            on_part = (mesh.part == mesh.part_names.index(side.part))[:, None]
+            long = on_part & (np.linalg.norm(sides(mesh), axis=2) > FADE * size)
+            result[side.body] |= marked[side.body] & long & at_edges(outline, mesh, edges)
+        return result
+
+    def _too_much(self, solution: Solution | None, meshes: Sequence[BoundaryMesh]) -> str:
+        increments = len(solution.steps) if solution is not None else 1
+        return beyond_budget(
+            self._posed, meshes, (increments, self._motions), self.wanted, self.asked
+        )

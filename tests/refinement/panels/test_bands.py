@@ -1,0 +1,113 @@
+"""Bands: the forecast against exact ellipses, ridges and their ends, panels that fill a face."""
+
+import numpy as np
+import pytest
+
+from petcontact.geometry.charts import chart_of
+from petcontact.geometry.round_surfaces import CylinderSurface
+from petcontact.geometry.surface import BoxSurface
+from petcontact.given.values import as_given
+from petcontact.mesh.panelling import box_mesh, round_mesh
+from petcontact.pipeline.adapt.banded import band_of
+from petcontact.refinement.panels.bands import banded
+from petcontact.refinement.panels.face_gaps import face_gap
+from petcontact.refinement.panels.forecast import forecast_of, hertz_ellipse
+from petcontact.refinement.panels.ridge import ridge_of
+
+BOX = BoxSurface(np.array([-3.0, -3.0, -6.0]), np.array([3.0, 3.0, 0.0]))
+
+
+def expected(text, force=0.1, modulus=1000.0):
+    chart = chart_of(BOX, "top")
+    ridge = ridge_of(face_gap(chart, as_given(text, "gap"), None, None), chart)
+    return chart, ridge, forecast_of(ridge, chart.at(ridge.points), force, modulus)
+
+
+@pytest.mark.parametrize("ratio", [1.5, 10.0, 100.0])
+def test_the_ellipse_satisfies_hertz(ratio):
+    """p0 = 3F/(2πab) makes both curvatures: Johnson 1985, (4.25) by a quadrature of his."""
+    a, b, approach = hertz_ellipse((1.0, 0.002), 1.0, 1.0)
+    half = np.geomspace(1e-12, 1e12, 20001)
+
+    def integral(values):
+        return np.trapezoid(values, half) if hasattr(np, "trapezoid") else np.trapz(values, half)
+
+    root = np.sqrt((a**2 + half) * (b**2 + half) * half)
+    # u_z(x, 0) = (3F/4πE*) ∫ (1 - x²/(a²+w) - y²/(b²+w)) dw / √((a²+w)(b²+w)w)
+    assert 0.75 / np.pi * integral(1.0 / root) == pytest.approx(approach, rel=2e-3)
+    for k, axis in ((1.0, a), (0.002, b)):
+        bent = 2.0 * 0.75 / np.pi * integral(1.0 / root / (axis**2 + half))
+        assert bent == pytest.approx(k, rel=2e-3)
+
+
+def test_slices_follow_an_ellipse():
+    a, b, approach = hertz_ellipse((20.0, 0.05), 0.1, 1000.0)
+    _, _, exact = expected("10*x**2 + 0.025*y**2")
+    assert exact.half.max() == pytest.approx(a)
+    _, _, sliced = expected("10*x**2 + 0.025*y**2 + 1e-3*y**4")
+    _, _, less = expected("10*x**2 + 0.025*y**2 + 1e-9*y**4")
+    assert less.approach == pytest.approx(approach)
+    assert sliced.ends[1] - sliced.ends[0] < 2.0 * b
+
+
+@pytest.mark.parametrize(
+    ("text", "ends", "across"),
+    [
+        ("where(abs(y) <= 0.5, x**2/0.05, 1)", [(0.0, -0.5), (0.0, 0.5)], (1.0, 0.0)),
+        (
+            "where(abs(0.8*x + 0.6*y) <= 0.5, (0.8*y - 0.6*x)**2, 1)",
+            [(-0.4, -0.3), (0.4, 0.3)],
+            None,
+        ),
+        ("(x - 0.3)**2/0.05", [(0.3, -3.0), (0.3, 3.0)], (1.0, 0.0)),
+    ],
+)
+def test_a_ridge_ends_where_the_gap_jumps_or_the_face_ends(text, ends, across):
+    _, ridge, forecast = expected(text)
+    found = ridge.points[[0, -1]]
+    assert min(np.abs(found - ends).max(), np.abs(found[::-1] - ends).max()) < 1e-6
+    assert ridge.straight and forecast.sharp == (True, True)
+    if across:
+        assert np.abs(ridge.across[0]) == pytest.approx(across, abs=1e-6)
+
+
+@pytest.mark.parametrize("level", [0, 3])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "where(abs(y) <= 0.5, x**2/0.05, 1)",
+        "where(abs(0.8*x + 0.6*y) <= 0.5, (0.8*y - 0.6*x)**2/0.05, 1)",
+        "(x - 0.3)**2/0.05",
+        "10*x**2 + 0.025*y**2",
+    ],
+)
+def test_panels_fill_the_face_once(text, level):
+    chart, ridge, forecast = expected(text)
+    mesh = box_mesh(BOX, lambda part: 2.0, 1, 1.0)
+    made = banded(mesh, "top", chart, band_of(ridge, forecast), level)
+    nodes = made.nodes_of("top")
+    assert made.weight[nodes].sum() == pytest.approx(36.0, rel=1e-12)
+    x, weight = made.x[nodes], made.weight[nodes]
+    assert weight @ x[:, 0] ** 2 == pytest.approx(36.0 * 3.0, rel=1e-9)
+    assert np.all(made.normal[nodes, 2] == 1.0)
+    longer = banded(mesh, "top", chart, band_of(ridge, forecast), level)
+    assert longer.n_elements == made.n_elements
+
+
+def test_panels_of_a_cylinder_lie_on_it():
+    surface = CylinderSurface(np.array([-5.0, 0, 5]), np.array([5.0, 0, 5]), 5.0)
+    low = np.array([0.0, 0.0, 0.0])
+    chart, plate = (
+        chart_of(surface, "side", low),
+        chart_of(BoxSurface(np.array([-8.0, -6, -6]), np.array([8.0, 6, 0])), "top"),
+    )
+    ridge = ridge_of(face_gap(chart, None, np.array([0.0, 0.0, -1.0]), plate), chart)
+    forecast = forecast_of(ridge, chart.at(ridge.points), 500.0, 1e5)
+    assert ridge.curvature == pytest.approx(0.2, rel=1e-3)
+    assert forecast.sharp == (True, True)
+    assert forecast.ends[1] - forecast.ends[0] == pytest.approx(10.0)
+    made = banded(round_mesh(surface, 3.0, 1), "side", chart, band_of(ridge, forecast), 1)
+    nodes = made.nodes_of("side")
+    radius = np.hypot(made.x[nodes, 1], made.x[nodes, 2] - 5.0)
+    assert np.abs(radius - 5.0).max() < 5.0 * 2e-3
+    assert made.weight[nodes].sum() == pytest.approx(100.0 * np.pi, rel=1e-3)
