@@ -9,6 +9,7 @@ import io
 import os
 import sys
 import textwrap
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -87,7 +88,9 @@ def _save(target: Any, suffix: str, draw: Callable[..., None], *arguments: Any) 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with rc_context(style()):
+    with warnings.catch_warnings(), rc_context(style()):
+        # Matplotlib's reader of formulas warns of itself
+        warnings.filterwarnings("ignore", module="matplotlib|pyparsing")
         figure = Figure(figsize=SIZE, dpi=150, layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure, *arguments)

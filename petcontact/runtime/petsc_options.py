@@ -273,9 +273,9 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
     """
     told = f"-options_file {name}"
     if not name or not Path(name).is_file():
-        raise InputError(
-            f"{told}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}"
-        )
+        path = Path(name)
+        what = "not a regular file" if name and path.exists() else "no such file"
+        raise InputError(f"{told}: {'is a folder' if name and path.is_dir() else what}")
     real = os.path.realpath(name)
     if real in within:
         raise InputError(f"{told}: includes itself")

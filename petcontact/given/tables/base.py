@@ -6,6 +6,7 @@ import inspect
 import keyword
 import re
 import stat
+import sys
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, dataclass_transform
@@ -27,13 +28,15 @@ else:
     ModelMetaclass = type(pydantic.BaseModel)  # its module is private and may move
 
 
-def _not_too_large(value: float) -> float:
+def _within_limits(value: float) -> float:
     if abs(value) > LARGEST_NUMBER:
         raise InputError(f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}")
+    if 0.0 < abs(value) < sys.float_info.min:  # it has lost digits, and its inverse is infinite
+        raise InputError(f"must be 0 or at least {sys.float_info.min:.3g} in size")
     return value
 
 
-_Limited = pydantic.AfterValidator(_not_too_large)
+_Limited = pydantic.AfterValidator(_within_limits)
 Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False), _Limited]
 Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False), _Limited]
 NotNegative = Annotated[float, pydantic.Field(strict=True, ge=0.0, allow_inf_nan=False), _Limited]

@@ -17,6 +17,7 @@ from ...refinement.panels.tail import FADE
 from ...results.evaluated import displacement_scale
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
+from ...round_off import ROUNDED
 from .part_ends import pressed_sides, singular_places
 
 
@@ -96,7 +97,8 @@ def _on_interface(
     size, whole = (
         float(np.sqrt(weight @ pair.size**2)) for weight in (pair.weight * fade**2, pair.weight)
     )
-    if size == 0.0:
+    least = unloaded(solutions[1].problem)
+    if size == 0.0 or max(float(each.size.max()) for each in (old, new)) <= least:
         return 0.0, 0.0, {}
     inside, everywhere = (
         float(np.sqrt((factor @ square).max())) for factor in (fade**2, np.ones(len(square)))
@@ -109,6 +111,12 @@ def _on_interface(
         for k in np.flatnonzero(growing)
     }
     return inside / size, everywhere / whole, shares
+
+
+def unloaded(problem: Problem) -> float:
+    """Return the traction up to which what touches carries nothing, the round-off of a strain
+    [stress]."""
+    return ROUNDED * min(body.material.young_modulus for body in problem.body)
 
 
 def displacement_difference(coarse: Solution, fine: Solution) -> float:

@@ -29,14 +29,13 @@ from ...refinement.singular_points import corner_exponents
 from ...results.evaluated import displacement_scale
 from ...results.report import Accuracy
 from ...results.solution import Solution
-from ...round_off import ROUNDED
 from ..judge.findings import limit_of, new_finding
 from ..judge.remainders import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from ..steps.load_steps import known_factors
 from .budget import says_something
-from .difference import difference, displacement_difference
+from .difference import difference, displacement_difference, unloaded
 from .slip_ladder import contact_lines
 from .surface_errors import TailErrors
 
@@ -108,7 +107,7 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
 def carries_something(solution: Solution) -> bool:
     """Return whether the solution has u_t, u without contact, or tractions above round-off, to
     estimate an error of."""
-    least = ROUNDED * min(body.material.young_modulus for body in solution.posed.bodies)
+    least = unloaded(solution.problem)
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
     return solution.kind != "contact" or any((pair.size > least).any() for pair in pairs)
 
