@@ -25,6 +25,7 @@ from .format.checks import (
     check_group,
     check_history,
     check_pair,
+    check_steps,
     read_table,
 )
 from .format.container import opened, write_atomically
@@ -289,13 +290,13 @@ def read_data(path: str | Path) -> SolutionData:
 
 
 def _read_group(group: Any, source: str) -> SolutionData:
-    attributes = dict(group.attrs)
-    version = attributes.get("format_version")
-    if attributes.get("format") != FORMAT:
-        raise ResultError(f"{source}: not a result of petcontact")
-    if version not in (1, 2, FORMAT_VERSION):
-        raise ResultError(f"{source}: format version {version}, this is {FORMAT_VERSION}")
     try:
+        attributes = dict(group.attrs)
+        version = attributes.get("format_version")
+        if attributes.get("format") != FORMAT:
+            raise ResultError(f"{source}: not a result of petcontact")
+        if version not in (1, 2, FORMAT_VERSION):
+            raise ResultError(f"{source}: format version {version}, this is {FORMAT_VERSION}")
         check_group(group, source)
         return (read_format1 if version == 1 else _read)(group, attributes, source)
     except ResultError:
@@ -320,6 +321,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
         name: (str(p.attrs["body"]), str(p.attrs["part"]))
         for name, p in group.get("pairs", {}).items()
     }
+    check_steps(group.get("steps", {}), max(1, len(problem.step)), source)
     count = len(group["steps"]) if "steps" in group else 0
     rows = {key: values[()] for key, values in group["history"].items()}
     check_history(rows, source)

@@ -213,3 +213,18 @@ def test_files_of_older_versions_keep_their_verdicts_and_arrays(name, tmp_path):
             for key, stored in old[group].items():
                 close = np.array_equal if stored.dtype.kind == "O" else np.allclose
                 assert close(new[group][key][()], stored[()]), key
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda file: file["steps/1"].attrs.__setitem__("step", 3), "of step 3"),
+        (lambda file: file["steps/1"].attrs.__setitem__("step", 0), "of step 0"),
+        (lambda file: file["steps/1"].attrs.__setitem__("origin", 2), "of origin 2"),
+        (lambda file: file["steps"].__setitem__("2", file["steps/1"]), "increment 1 again"),
+    ],
+)
+def test_increments_that_the_problem_does_not_have_are_refused(path, change, message):
+    with h5py.File(path, "r+") as file:
+        change(file)
+    refused(path, message)

@@ -138,3 +138,26 @@ def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: 
             fits or whole or values is None,
             f"{name}/{key} has shape {np.shape(values)}, not {shapes.get(key, (m,))}",
         )
+
+
+def check_steps(steps: Any, last: int, source: str) -> None:
+    """Refuse increments that are one another, or of steps that the problem does not have.
+
+    Parameters
+    ----------
+    steps : h5py.Group
+        The increments by their numbers, from 1.
+    last : int
+        Number of the last step.
+    source : str
+        Name of the file.
+    """
+    seen = dict[int, str]()
+    for name, place in steps.items():
+        first = seen.setdefault(h5py.h5o.get_info(place.id).addr, name)
+        where = f"{source}: damaged (increment {name} is"
+        demand(first == name, f"{where} increment {first} again)")
+        for key, least in (("step", 1), ("origin", 0)):
+            number = int(place.attrs.get(key, least))
+            allowed = f"the problem has steps up to {last})"
+            demand(least <= number <= last, f"{where} of {key} {number}, {allowed}")
