@@ -96,7 +96,8 @@ def stress_change(
         return np.nan
     if number.part:
         own, accuracy = np.arange(len(now)) < count, solution.accuracy
-        least = near.spread if accuracy.estimates else accuracy.error * number.size * own
+        cut = not np.isnan(accuracy.resultants)  # panels that were not cut gain nothing
+        least = near.spread if cut else accuracy.error * number.size * own
         same = _gains_nothing((solution, coarser), number.of, np.array([near.element, element]))
         change = np.where(same, np.fmax(change, least), change)
     rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]

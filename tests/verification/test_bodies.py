@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from marks import slow
-from shapes import cuboid, drawn, elastic, outline, problem, rollers
+from shapes import cuboid, drawn, elastic, outline, problem, rectangle, rollers, solid, touching
 
 from petcontact import solve
 
@@ -75,3 +75,15 @@ def test_bodies_in_space_have_an_error_for_each_number(size):
         off = np.abs(found[name].value - value).max()
         assert off <= found[name].error + 1e-4 * np.abs(value).max(), name
         assert found[name].error < 0.1 * np.abs(value).max(), name
+
+
+def test_two_rings_that_touch_and_carry_nothing_end_soon():
+    """The difference of two meshes of round-off is no error of 1."""
+    rings = [
+        solid(name, rectangle([x, 0.0], [x + 0.1, 0.1]), material=elastic(210000.0, 0.3))
+        for name, x in (("a", 0.95), ("b", 1.05))
+    ]
+    contact = touching("c", "b.left", "a.right")
+    solution = solve(problem(symmetry="axial", body=rings, contact=[contact]))
+    assert solution.converged and len(solution.accuracy.elements) <= 3
+    assert "contact carries nothing" in solution.verdict()

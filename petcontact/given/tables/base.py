@@ -6,7 +6,6 @@ import inspect
 import keyword
 import re
 import stat
-import sys
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, dataclass_transform
@@ -29,10 +28,13 @@ else:
 
 
 def _within_limits(value: float) -> float:
-    if abs(value) > LARGEST_NUMBER:
-        raise InputError(f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}")
-    if 0.0 < abs(value) < sys.float_info.min:  # it has lost digits, and its inverse is infinite
-        raise InputError(f"must be 0 or at least {sys.float_info.min:.3g} in size")
+    # a smaller number has lost digits, and its inverse is infinite
+    if value != 0.0 and not np.finfo(float).tiny <= abs(value) <= LARGEST_NUMBER:
+        raise InputError(
+            "must be 0 or at least 2.23e-308 in size"
+            if abs(value) < 1.0
+            else f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}"
+        )
     return value
 
 

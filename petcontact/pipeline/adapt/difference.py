@@ -97,8 +97,7 @@ def _on_interface(
     size, whole = (
         float(np.sqrt(weight @ pair.size**2)) for weight in (pair.weight * fade**2, pair.weight)
     )
-    least = unloaded(solutions[1].problem)
-    if size == 0.0 or max(float(each.size.max()) for each in (old, new)) <= least:
+    if size <= unloaded(solutions[1].posed) * math.sqrt(float(pair.weight.sum())):
         return 0.0, 0.0, {}
     inside, everywhere = (
         float(np.sqrt((factor @ square).max())) for factor in (fade**2, np.ones(len(square)))
@@ -113,10 +112,10 @@ def _on_interface(
     return inside / size, everywhere / whole, shares
 
 
-def unloaded(problem: Problem) -> float:
+def unloaded(posed: Posed) -> float:
     """Return the traction up to which what touches carries nothing, the round-off of a strain
     [stress]."""
-    return ROUNDED * min(body.material.young_modulus for body in problem.body)
+    return ROUNDED * min(body.material.young_modulus for body in posed.bodies)
 
 
 def displacement_difference(coarse: Solution, fine: Solution) -> float:

@@ -23,6 +23,7 @@ from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import as_surface
 from ...model.problem import Problem
 from ...refinement.contact_line import difference as line_difference
+from ...refinement.levels import LEAST_GAIN
 from ...refinement.marks import WEAK, GradedOutline
 from ...refinement.meshes import mesh_of, resized
 from ...refinement.singular_points import corner_exponents
@@ -107,7 +108,7 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
 def carries_something(solution: Solution) -> bool:
     """Return whether the solution has u_t, u without contact, or tractions above round-off, to
     estimate an error of."""
-    least = unloaded(solution.problem)
+    least = unloaded(solution.posed)
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
     return solution.kind != "contact" or any((pair.size > least).any() for pair in pairs)
 
@@ -178,7 +179,9 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
 def _difference(solution: Solution, coarse: Solution) -> Accuracy:
     """Return the relative difference of u_t, of p and q, or of u without contact."""
     if not solution.nodes:
-        return Accuracy(error=displacement_difference(coarse, solution))
+        apart = displacement_difference(coarse, solution)
+        surfaces = solution.posed.boundaries[0].dim > 2
+        return Accuracy(error=apart, estimates=[LEAST_GAIN * apart, apart] if surfaces else [])
     if solution.kind == "bilateral":
         body = GradedOutline.from_body(
             solution.posed.bodies[0], as_outline(solution.posed.boundaries[0], "u_t")

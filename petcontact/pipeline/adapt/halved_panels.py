@@ -9,7 +9,7 @@ from ...errors import InputError
 from ...geometry.surface import Boundary
 from ...given.bodies import Body
 from ...given.posed import Posed
-from ...refinement.levels import believed
+from ...refinement.levels import LEAST_GAIN, believed
 from ...refinement.marks import LevelMesh
 from ...refinement.meshes import mesh_of, resized
 from ...results.solution import Solution
@@ -85,8 +85,9 @@ class HalvedPanels(Strategy):
         return self.differences[0] if len(self.differences) == 1 else believed(self.differences)
 
     def shown(self) -> dict[str, Any]:
-        """Return no fields of `Accuracy`."""
-        return {}
+        """Return fields of `Accuracy`: the errors of the last two meshes, as near to one another as
+        those of stresses may be."""
+        return {"estimates": [LEAST_GAIN * self.estimate, self.estimate]}
 
 
 def _has_less(coarse: Solution, fine: Solution) -> bool:

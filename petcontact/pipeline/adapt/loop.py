@@ -339,8 +339,8 @@ def _shortcomings(
         return [new_finding("method error", text, measured=work.left, limit=accuracy)]
     if not estimate > accuracy:
         return []
-    # the number decides, not who wrote it: the default one may be missed with a warning
-    usual = accuracy >= strategy.accuracy and not work.broken_off
+    # the default may be missed with a warning, whoever wrote it
+    usual = accuracy == strategy.accuracy and not work.broken_off
     tolerable = says_something(estimate) and trouble and usual
     kind = "accuracy" if tolerable else "accuracy wanted"
     return [new_finding(kind, reached, measured=estimate, limit=accuracy)]
