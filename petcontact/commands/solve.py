@@ -117,7 +117,10 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
             solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
-            solution = replace(solution, written=() if interrupted else written_numbers(solution))
+            began = time.perf_counter()
+            numbers = () if interrupted else written_numbers(solution)
+            timings = {**solution.timings, "numbers": time.perf_counter() - began}
+            solution = replace(solution, written=numbers, timings=timings)
             write_solution(output, solution, replace=meshes.replaces)
         number = stop()
     if first:

@@ -20,7 +20,7 @@ from .. import native
 from ..arrays import Array, Index
 from ..errors import SingularMatrixError
 from ..runtime.petsc import petsc
-from .row_layout import even_ranges
+from .row_layout import even_ranges, exchanged, gathered, total
 
 TYPE = "petcontact"
 PANEL, BLOCK = 32, 128
@@ -111,18 +111,29 @@ class BlockedLU:
 
     def _updated(self, first: int, columns: Array) -> None:
         """What a factorised block does to whole columns (c, n), in their place. Collective."""
-        wide, rows, lda = min(BLOCK, self._n - first), self._n - first, self._n
-        block = self._columns[self._place(first) :, first:][:wide]
+        block = self._block(first)
         if self._mpi is not None:
-            owns, lda = self._owner(first) == self._rank, rows
-            block = np.ascontiguousarray(block) if owns else np.empty((wide, rows))
+            owns = self._owner(first) == self._rank
+            block = np.ascontiguousarray(block) if owns else np.empty(block.shape)
             self._mpi.Bcast(block, root=self._owner(first))
+        self._update(first, block, columns)
+
+    def _block(self, first: int) -> Array:
+        """The columns of a factorised block from its diagonal on, (wide, rows); on ranks that do
+        not own it only its shape counts."""
+        shape = min(BLOCK, self._n - first), self._n - first
+        block = self._columns[self._place(first) :, first:][: shape[0]]
+        return block if self._owner(first) == self._rank else np.broadcast_to(0.0, shape)
+
+    def _update(self, first: int, block: Array, columns: Array) -> None:
+        """What a factorised block does to whole columns (c, n), in their place."""
         if len(columns):
+            wide, lda = len(block), block.strides[0] // block.itemsize
             arrays = (block, self._inverses[first:], self._pivots[first:], columns[:, first:])
             block_, inverses, pivots, below = map(native.pointer, arrays)
             work, count = np.empty(PANEL * len(columns)), len(columns)
-            room = native.pointer(work), _routines()[1]
-            _update(block_, lda, inverses, pivots, rows, wide, below, self._n, count, *room)
+            sizes, room = (self._n - first, wide), (native.pointer(work), _routines()[1])
+            _update(block_, lda, inverses, pivots, *sizes, below, self._n, count, *room)
 
     def begun(self, rhs: Array) -> Array:
         """L⁻¹ P of right-hand sides, this rank's columns of it (c', n), which overwrites them where
@@ -134,10 +145,25 @@ class BlockedLU:
             This rank's rows of each.
         """
         ranges = [np.arange(*bounds) for bounds in even_ranges(len(rhs), self._ranks)]
+        petsc().Log.logFlops(float(self._n) ** 2 * len(ranges[self._rank]))
+        if self._mpi is not None and len(rhs) < BLOCK:
+            return self._begun_by_owners(rhs)[ranges[self._rank]]
         columns = self._exchanged(rhs, ranges)
         for first in range(0, self._n, BLOCK):
             self._updated(first, columns)
-        petsc().Log.logFlops(float(self._n) ** 2 * len(columns))
+        return columns
+
+    def _begun_by_owners(self, rhs: Array) -> Array:
+        """As `begun`, all columns on every rank: few of them are sent on from the owner of each
+        block, which would be more to send. Collective."""
+        columns = np.ascontiguousarray(gathered(rhs.T, self._mpi).T)
+        for first in range(0, self._n, BLOCK):
+            owner = self._owner(first)
+            if owner == self._rank:
+                self._update(first, self._block(first), columns)
+            below = np.ascontiguousarray(columns[:, first:])
+            self._mpi.Bcast(below, root=owner)
+            columns[:, first:] = below
         return columns
 
     def kept(self, begun: Array) -> Array:
@@ -148,8 +174,7 @@ class BlockedLU:
             places = np.flatnonzero(np.arange(inner, self._n) // BLOCK % self._ranks == self._rank)
             corner, lda = np.zeros((k, k)), k
             own = self._columns[len(self._columns) - len(places) :, inner:]
-            for where, part in self._mpi.allgather((places, own)):
-                corner[where] = part
+            corner[gathered(places, self._mpi)] = gathered(own, self._mpi)
         result, work = np.array(begun[:, inner:]), np.empty(PANEL * (PANEL + len(begun)))
         _back(
             native.pointer(corner),
@@ -162,8 +187,8 @@ class BlockedLU:
             _routines()[1],
         )
         petsc().Log.logFlops(float(k) ** 2 * len(result))
-        gathered = result if self._mpi is None else np.concatenate(self._mpi.allgather(result))
-        return gathered[:, np.argsort(self._order)[self._last] - inner].T
+        every = result if self._mpi is None else gathered(result, self._mpi)
+        return every[:, np.argsort(self._order)[self._last] - inner].T
 
     def combined(self, *pairs: tuple[Array, Array]) -> Array:
         """All unknowns of A⁻¹ (B_1 y_1 + B_2 y_2 + ...), (n, ...), on every rank, from what was
@@ -182,7 +207,8 @@ class BlockedLU:
             rows = slice(first, min(first + BLOCK, self._n))
             part, owner = np.array(flat[rows].T, order="C"), self._owner(first)
             if self._mpi is not None:
-                part = self._mpi.reduce(part, root=owner)
+                shares, part = part, np.empty_like(part)
+                self._mpi.Reduce(shares, part, root=owner)
             if owner == self._rank:
                 place, wide, count = self._place(first), rows.stop - first, flat.shape[1]
                 columns, work = (
@@ -194,7 +220,7 @@ class BlockedLU:
                 solved[rows] = part.T
                 flat[:first] -= columns[:, :first].T @ solved[rows]
         if self._mpi is not None:
-            solved = self._mpi.allreduce(solved)
+            solved = total(solved, self._mpi)
         result = np.empty_like(solved)
         result[self._order] = solved
         return result.reshape(left.shape)
@@ -204,7 +230,7 @@ class BlockedLU:
         rows); `columns` are the numbers of those of each rank. Collective."""
         if self._mpi is None:
             return rows
-        return np.concatenate(self._mpi.alltoall([rows[some] for some in columns]), axis=1)
+        return exchanged(rows, columns, self._mpi)
 
     def apply(self, pc: Any, x: Any, y: Any) -> None:
         """PETSc asks for A⁻¹ x."""

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 
 Range = tuple[int, int]
+TOGETHER = 100
+"""Rounds in which ranks exchange columns, so that what is on its way takes little memory."""
 
 
 def even_ranges(count: int, size: int) -> list[Range]:
@@ -22,9 +26,58 @@ def everywhere(local: Array, comm: Any) -> Array:
     """All rows (n, ...) on every rank, from each rank's. Collective."""
     if comm.getSize() == 1:
         return local
-    return np.asarray(np.concatenate(comm.tompi4py().allgather(np.array(local))))
+    return gathered(local, comm.tompi4py())
 
 
 def summed(values: Array, comm: Any) -> Array:
     """The sum of the values of all ranks, on every rank. Collective."""
-    return values if comm.getSize() == 1 else np.asarray(comm.tompi4py().allreduce(values))
+    return values if comm.getSize() == 1 else total(values, comm.tompi4py())
+
+
+def gathered(local: Array, world: Any) -> Array:
+    """The rows (m, ...) of all ranks of an mpi4py communicator, one below another. Collective.
+
+    Arrays go from rank to rank as they are: a pickled copy takes their memory twice, and mpi4py
+    cannot send one of 2 GiB.
+    """
+    counts = world.allgather(len(local))
+    rows, width = np.empty((sum(counts), *local.shape[1:]), local.dtype), math.prod(local.shape[1:])
+    world.Allgatherv(np.ascontiguousarray(local), [rows, [count * width for count in counts]])
+    return rows
+
+
+def total(values: Array, world: Any) -> Array:
+    """The sum of the arrays of all ranks of an mpi4py communicator. Collective."""
+    result = np.empty_like(values, order="C")
+    world.Allreduce(np.ascontiguousarray(values), result)
+    return result
+
+
+def exchanged(columns: Array, owners: Sequence[Index], world: Any) -> Array:
+    """This rank's columns with all of their rows, (c', n), out of its rows of all columns (c,
+    rows). Collective.
+
+    Parameters
+    ----------
+    columns : (c, rows) array
+    owners : sequence of int arrays
+        The numbers of the columns that each rank is to have.
+    world : mpi4py communicator
+    """
+    heights, own = world.allgather(columns.shape[1]), owners[world.Get_rank()]
+    result = np.empty((len(own), sum(heights)))
+    places = np.cumsum([0, *heights])
+    step = max(1, len(columns) // (TOGETHER * len(owners)))
+    for first in range(0, max(map(len, owners)), step):
+        some = [numbers[first : first + step] for numbers in owners]
+        sent = np.ascontiguousarray(columns[np.concatenate(some)])
+        count = len(some[world.Get_rank()])
+        came = np.empty(count * sum(heights))
+        world.Alltoallv(
+            [sent, [len(numbers) * columns.shape[1] for numbers in some]],
+            [came, [count * height for height in heights]],
+        )
+        for k, height in enumerate(heights):
+            part = came[count * places[k] : count * places[k + 1]].reshape(count, height)
+            result[first : first + count, places[k] : places[k + 1]] = part
+    return result

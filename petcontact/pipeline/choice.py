@@ -242,18 +242,23 @@ def solve_seconds(
     return seconds * (1.0 + increments * share)
 
 
-def dense_memory(unknowns: Sequence[int], contact: Sequence[int], total: int) -> float:
-    """Predicted peak of dense elimination and of a Newton step [bytes]; measured ones were within a
-    tenth.
+def dense_memory(
+    unknowns: Sequence[int], contact: Sequence[int], total: int, ranks: int = 1
+) -> float:
+    """Predicted peak of dense elimination and of a Newton step, of all ranks together [bytes];
+    measured ones were within a tenth.
 
     Of a body with q unknowns and m of contact the factors, contact columns and S stay, and while
     they are made once more the columns and S; a Newton step holds S of all `total` contact
-    unknowns, the block of closed ones, and its factors.
+    unknowns, the block of closed ones, and its factors. Ranks share the factors and the columns,
+    and keep the rows that they have exchanged for them; each has S and the Newton step.
     """
-    stays = sum(q * q + m * q + 2 * m * m for q, m in zip(unknowns, contact, strict=True))
-    made = max((m * q + m * m for q, m in zip(unknowns, contact, strict=True)), default=0)
-    matrices = 8.0 * (stays + max(made, NEWTON * total * total))
-    return matrices + 5e7  # PETSc and blocks of integrals
+    rows = 1 + (ranks > 1)
+    pairs = [*zip(unknowns, contact, strict=True)]
+    stays = sum(rows * q * q + m * q + 2 * ranks * m * m for q, m in pairs)
+    made = max((m * q + ranks * m * m for q, m in pairs), default=0)
+    matrices = 8.0 * (stays + max(made, ranks * NEWTON * total * total))
+    return matrices + 5e7 * ranks  # PETSc and blocks of integrals
 
 
 def check_memory(
@@ -261,9 +266,9 @@ def check_memory(
     contact: Sequence[int],
     total: int,
     compressed: float = 0.0,
+    ranks: int = 1,
 ) -> float:
-    """The memory that dense bodies and compressed ones take together
-    [bytes].
+    """The memory that dense bodies and compressed ones take together, on all ranks [bytes].
 
     Raises
     ------
@@ -271,7 +276,7 @@ def check_memory(
         If the predicted peak is larger than the memory.
     """
     needed, there = (
-        compressed + (dense_memory(unknowns, contact, total) if unknowns else 0.0),
+        compressed + (dense_memory(unknowns, contact, total, ranks) if unknowns else 0.0),
         physical_memory(),
     )
     if needed > there and not unknowns:

@@ -73,7 +73,7 @@ def eliminated(
     else:
         bodies = [_compressed(discrete, b, bem, comm, progress) for b in range(len(meshes))]
     dense = [b for b, body in enumerate(bodies) if body is None]
-    check_memory(*_sizes(discrete, dense))
+    check_memory(*_sizes(discrete, dense), ranks=comm.getSize())
     for b in dense:
         bodies[b] = eliminated_alone(discrete, b, comm)
     complete = [body for body in bodies if body is not None]
@@ -159,7 +159,7 @@ def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
             f'"{bem.mat_type}"'
         )
     contact = discrete.data[0].contact_directions.size
-    check_memory([discrete.meshes[0].x.size], [contact], contact)
+    check_memory([discrete.meshes[0].x.size], [contact], contact, ranks=comm.getSize())
     return FullBody(operators, modes, comm)
 
 

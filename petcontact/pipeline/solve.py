@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import time
 import warnings
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -116,8 +118,11 @@ def solve(
     else:
         prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
         try:
-            solution = with_report(prepared, unreported(prepared, monitor))
+            solution, began = unreported(prepared, monitor), time.perf_counter()
+            solution = with_report(prepared, solution)
             solution = with_estimate(solution, prepared.comm, law)
+            timings = {**solution.timings, "judge": time.perf_counter() - began}
+            solution = replace(solution, timings=timings)
         finally:
             prepared.close()
     LOG.info("%s: %s", solution.status, solution.reason)

@@ -72,7 +72,7 @@ def _described(error: BaseException) -> tuple[str, int]:
     if isinstance(error, MemoryError) or (
         isinstance(error, ImportError) and UNLOADED.search(str(error))
     ):
-        return "out of memory: use a coarser mesh, more ranks or -bem_mat_type hodlr", 1
+        return "out of memory: use a coarser mesh or -bem_mat_type hodlr", 1
     if isinstance(error, PetcontactError):
         return printable(" ".join(map(_brief, str(error).split()))), error.exit_status
     if isinstance(error, OSError) and error.strerror and error.filename is not None:

@@ -320,7 +320,7 @@ def solver_error(name: str, error: Any, prefix: str = "") -> SolverError:
         return SolverError(
             name,
             "out of memory (PETSC_ERR_MEM)",
-            "use -bem_mat_type hodlr, a coarser mesh or more ranks",
+            "use -bem_mat_type hodlr or a coarser mesh",
         )
     if error.ierr in (56, 86, 92):
         return SolverError(

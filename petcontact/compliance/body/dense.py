@@ -105,8 +105,9 @@ class DenseRows:
         A known solution, see `conditioning`.
     of_known : (rows,) array
         Right-hand side of the known solution.
-    kinds : pair of int arrays
-        Components of the unknowns (d n + r,) and of the equations (rows,), each motion being one.
+    kinds : pair of int arrays, optional
+        Components of the unknowns (d n + r,) and of the equations (rows,), each motion being one;
+        None where all belong together.
     """
 
     def __init__(
@@ -132,7 +133,10 @@ class DenseRows:
             self.system[d * n :, :inner] = modes.reshape(d * n, r)[own].T
             if border:
                 self.system[: d * n, inner:] = gauge(operators.mesh, data, modes).T
-            self.kinds = self._kinds(n, d, r), self._kinds(len(nodes), d, border)
+            # only torsion does not know of other displacements
+            apart = operators.mesh.components > operators.mesh.dim
+            kinds = self._kinds(n, d, r), self._kinds(len(nodes), d, border)
+            self.kinds = kinds if apart else None
             self.known = known_solution(self.system, comm)
             self.of_known = self.known @ self.system
         loads += operators.point_loads.T.reshape(data.states, n, d)[:, nodes]

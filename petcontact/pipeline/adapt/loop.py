@@ -71,6 +71,8 @@ class AdaptiveSolve:
         [-].
     broken_off : bool
         Whether a signal, a monitor or a failure ended the last solve.
+    judging : float
+        Wall seconds of the report and of other paths, without a solve in more increments.
     """
 
     def __init__(
@@ -94,6 +96,7 @@ class AdaptiveSolve:
         self.solutions: list[Solution] = []
         self.left = 0.0
         self.broken_off = False
+        self.judging = 0.0
 
     def climb(self, accuracy: float) -> str:
         """Solve, estimate, mark and refine until the estimate is below the accuracy.
@@ -144,7 +147,8 @@ class AdaptiveSolve:
 
     def last(self) -> Solution:
         """Return the solution on the last mesh, with its full report."""
-        problem, solution = self.solver.kept, self.solutions[-1]
+        problem, solution, began = self.solver.kept, self.solutions[-1], time.perf_counter()
+        timings = solution.timings
         if problem is not None:
             first, wanted = self.solutions[0].meshes, self.strategy.wanted
             if self.broken_off:  # a user who ends a solve does not wait
@@ -155,6 +159,8 @@ class AdaptiveSolve:
                 solution = with_report(problem, solution, wanted)
             missed = missed_curves(problem.discrete, solution, first, wanted)
             solution = solution.with_findings(missed)
+        again = 0.0 if solution.timings is timings else solution.timings["iterate"]
+        self.judging = time.perf_counter() - began - again
         steps = {"step": solution.problem.step}
         return replace(solution, problem=self.solver.problem.model_copy(update=steps))
 
@@ -280,7 +286,7 @@ def _finished(
         status = solution.status
         if status == "not converged" and strategy.exhausted and not (shown or strategy.asked):
             reason += f"; {strategy.exhausted}"
-    timings: dict[str, float] = {}
+    timings = {"judge": work.judging}
     for seconds_of in {
         id(solved.timings): solved.timings for solved in (*work.solutions, solution)
     }.values():
