@@ -117,10 +117,7 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
             solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
-            began = time.perf_counter()
-            numbers = () if interrupted else written_numbers(solution)
-            timings = {**solution.timings, "numbers": time.perf_counter() - began}
-            solution = replace(solution, written=numbers, timings=timings)
+            solution = with_numbers(solution) if not interrupted else replace(solution, written=())
             write_solution(output, solution, replace=meshes.replaces)
         number = stop()
     if first:
@@ -182,14 +179,16 @@ def is_replaced(arguments: argparse.Namespace, output: Path) -> bool:
         return False
 
 
-def written_numbers(solution: Any) -> tuple[Any, ...]:
-    """The numbers of a verdict, which the first rank computes; none where a signal comes
-    meanwhile."""
+def with_numbers(solution: Any) -> Any:
+    """A solution with the numbers of its verdict, which the first rank computes, and the time that
+    they took; with none where a signal comes meanwhile."""
     from ..runtime.petsc import petsc
 
+    began, numbers = time.perf_counter(), tuple[Any, ...]()
     with contextlib.suppress(BrokenOff), answering(petsc().COMM_SELF):
-        return tuple(solution.numbers)
-    return ()
+        numbers = tuple(solution.numbers)
+    timings = {**solution.timings, "numbers": time.perf_counter() - began}
+    return replace(solution, written=numbers, timings=timings)
 
 
 def saved_text(solution: Any, output: Path) -> str:

@@ -20,7 +20,7 @@ from .. import native
 from ..arrays import Array, Index
 from ..errors import SingularMatrixError
 from ..runtime.petsc import petsc
-from .row_layout import even_ranges, exchanged, gathered, total
+from .row_layout import even_ranges, exchanged, gathered, summed_at, total
 
 TYPE = "petcontact"
 PANEL, BLOCK = 32, 128
@@ -122,15 +122,17 @@ class BlockedLU:
         """The columns of a factorised block from its diagonal on, (wide, rows); on ranks that do
         not own it only its shape counts."""
         shape = min(BLOCK, self._n - first), self._n - first
-        block = self._columns[self._place(first) :, first:][: shape[0]]
-        return block if self._owner(first) == self._rank else np.broadcast_to(0.0, shape)
+        if self._owner(first) != self._rank:
+            return np.broadcast_to(np.zeros(1), shape)
+        block: Array = self._columns[self._place(first) :, first:][: shape[0]]
+        return block
 
     def _update(self, first: int, block: Array, columns: Array) -> None:
         """What a factorised block does to whole columns (c, n), in their place."""
         if len(columns):
             wide, lda = len(block), block.strides[0] // block.itemsize
             arrays = (block, self._inverses[first:], self._pivots[first:], columns[:, first:])
-            block_, inverses, pivots, below = map(native.pointer, arrays)
+            block_, inverses, pivots, below = [native.pointer(array) for array in arrays]
             work, count = np.empty(PANEL * len(columns)), len(columns)
             sizes, room = (self._n - first, wide), (native.pointer(work), _routines()[1])
             _update(block_, lda, inverses, pivots, *sizes, below, self._n, count, *room)
@@ -147,7 +149,7 @@ class BlockedLU:
         ranges = [np.arange(*bounds) for bounds in even_ranges(len(rhs), self._ranks)]
         petsc().Log.logFlops(float(self._n) ** 2 * len(ranges[self._rank]))
         if self._mpi is not None and len(rhs) < BLOCK:
-            return self._begun_by_owners(rhs)[ranges[self._rank]]
+            return np.asarray(self._begun_by_owners(rhs)[ranges[self._rank]])
         columns = self._exchanged(rhs, ranges)
         for first in range(0, self._n, BLOCK):
             self._updated(first, columns)
@@ -156,13 +158,14 @@ class BlockedLU:
     def _begun_by_owners(self, rhs: Array) -> Array:
         """As `begun`, all columns on every rank: few of them are sent on from the owner of each
         block, which would be more to send. Collective."""
-        columns = np.ascontiguousarray(gathered(rhs.T, self._mpi).T)
+        mpi: Any = self._mpi
+        columns = np.ascontiguousarray(gathered(rhs.T, mpi).T)
         for first in range(0, self._n, BLOCK):
             owner = self._owner(first)
             if owner == self._rank:
                 self._update(first, self._block(first), columns)
             below = np.ascontiguousarray(columns[:, first:])
-            self._mpi.Bcast(below, root=owner)
+            mpi.Bcast(below, root=owner)
             columns[:, first:] = below
         return columns
 
@@ -207,8 +210,7 @@ class BlockedLU:
             rows = slice(first, min(first + BLOCK, self._n))
             part, owner = np.array(flat[rows].T, order="C"), self._owner(first)
             if self._mpi is not None:
-                shares, part = part, np.empty_like(part)
-                self._mpi.Reduce(shares, part, root=owner)
+                part = summed_at(owner, part, self._mpi)
             if owner == self._rank:
                 place, wide, count = self._place(first), rows.stop - first, flat.shape[1]
                 columns, work = (

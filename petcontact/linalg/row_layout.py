@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import AnyArray, Array, Index
 
 Range = tuple[int, int]
 TOGETHER = 100
@@ -34,7 +34,7 @@ def summed(values: Array, comm: Any) -> Array:
     return values if comm.getSize() == 1 else total(values, comm.tompi4py())
 
 
-def gathered(local: Array, world: Any) -> Array:
+def gathered(local: AnyArray, world: Any) -> AnyArray:
     """The rows (m, ...) of all ranks of an mpi4py communicator, one below another. Collective.
 
     Arrays go from rank to rank as they are: a pickled copy takes their memory twice, and mpi4py
@@ -50,6 +50,13 @@ def total(values: Array, world: Any) -> Array:
     """The sum of the arrays of all ranks of an mpi4py communicator. Collective."""
     result = np.empty_like(values, order="C")
     world.Allreduce(np.ascontiguousarray(values), result)
+    return result
+
+
+def summed_at(root: int, values: Array, world: Any) -> Array:
+    """The sum of the arrays of all ranks on one of them; nothing of use on others. Collective."""
+    result = np.empty_like(values)
+    world.Reduce(values, result, root=root)
     return result
 
 

@@ -133,10 +133,10 @@ class DenseRows:
             self.system[d * n :, :inner] = modes.reshape(d * n, r)[own].T
             if border:
                 self.system[: d * n, inner:] = gauge(operators.mesh, data, modes).T
-            # only torsion does not know of other displacements
-            apart = operators.mesh.components > operators.mesh.dim
-            kinds = self._kinds(n, d, r), self._kinds(len(nodes), d, border)
-            self.kinds = kinds if apart else None
+            self.kinds = None
+            if operators.mesh.components > operators.mesh.dim:
+                # torsion does not know of other displacements
+                self.kinds = self._kinds(n, d, r), self._kinds(len(nodes), d, border)
             self.known = known_solution(self.system, comm)
             self.of_known = self.known @ self.system
         loads += operators.point_loads.T.reshape(data.states, n, d)[:, nodes]
