@@ -67,7 +67,7 @@ def _of_body(case: Problem, number: int) -> Cost:
     contact |= {
         side.split(".")[-1] for pair in case.contact for side in (pair.secondary, pair.primary)
     }
-    mesh = mesh_of(body, case.outline(number))
+    mesh = mesh_of(case.posed.bodies[number], case.outline(number))
     n, unknowns = mesh.n_nodes, mesh.components * mesh.n_nodes
     m = (mesh.components - 1) * int(
         np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact)).sum()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from shapes import drawn, elastic, problem, rectangle
 from sweep_files import CONFIGS, sweep_of
 
 from petcontact.sweep.problems import elimination_needs
+from petcontact.sweep.schedule.cost import estimate
 from petcontact.sweep.schedule.groups import make_groups
 
 
@@ -60,3 +62,17 @@ def test_meshes_that_resolve_their_data_are_not_shared_by_loads(tmp_path):
     for fixed, sizes in (({}, [2, 2, 2]), ({"element_size": 0.8}, [6])):
         sweep = sweep_of(tmp_path, problems=["example1_adaptive.toml"], set=fixed, cross=crossed)
         assert make_groups(sweep).size.tolist() == sizes
+
+
+@pytest.mark.parametrize("condition", ["contact", "symmetry"])
+def test_a_case_without_a_mesh_costs_what_its_first_mesh_does(condition):
+    below = {"part": "bottom", "condition": condition}
+    below |= {"friction_bound": 1.0} if condition == "contact" else {}
+    block = problem(
+        material=elastic(1.0, 0.3),
+        geometry=rectangle([0.0, 0.0], [1.0, 1.0]),
+        boundary=[below, *(drawn(part, [0.0, 0.0]) for part in ("left", "right", "top"))],
+    )
+    cost = estimate(block, 1)
+    assert cost.adaptive and cost.nodes > 0
+    assert (cost.contact_unknowns > 0) == (condition == "contact")
