@@ -20,13 +20,13 @@ from .model.bodies import Traction as Traction
 from .model.case import load as load
 from .model.cycle import Cycle as Cycle
 from .model.load_steps import BoundaryChange as BoundaryChange
-from .model.load_steps import Obstacle as Obstacle
 from .model.load_steps import ObstacleChange as ObstacleChange
 from .model.load_steps import PointForceChange as PointForceChange
 from .model.load_steps import Step as Step
 from .model.loads import LoadsChange as LoadsChange
 from .model.loads import PointForce as PointForce
 from .model.loads import VolumeLoads as VolumeLoads
+from .model.obstacles import Obstacle as Obstacle
 from .model.problem import Problem as Problem
 from .model.shapes.files import Gmsh as Gmsh
 from .model.shapes.files import Superelement as Superelement

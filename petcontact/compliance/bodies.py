@@ -77,8 +77,9 @@ class BodiesSystem:
     resultant : (K, r) array
         f of the bodies in each load state.
     obstacle_modes : list of (k M, q) arrays
-        v for unit displacements and unit rotations of each obstacle (see `Motions.every`). E is
-        their transpose times the weights.
+        v for unit displacements and unit rotations of each obstacle (see `Motions.every`), then
+        for the overlap of each preloaded interface, by the first column. E is their transpose
+        times the weights.
     """
 
     def __init__(
@@ -118,6 +119,11 @@ class BodiesSystem:
         self.obstacle_modes = [
             self._obstacle_modes(k, centre, x) for k, centre in enumerate(centres)
         ]
+        for where, face in zip(self.slices, interfaces, strict=True):
+            if face.preloaded:
+                mode = np.zeros((self.size, self.k, self.motions.components))
+                mode[where, -1, 0] = 1.0
+                self.obstacle_modes.append(mode.reshape(self.k * self.size, -1))
         self.operator = self._composed(comm, cases)
 
     def _load(self) -> None:
@@ -128,6 +134,9 @@ class BodiesSystem:
         for body, maps in zip(self.bodies, self._maps, strict=True):
             self.base += maps.seen(body.u_0.reshape(states, -1).T).T
         for where, face in zip(self.slices, self.interfaces, strict=True):
+            if face.overlap is not None and not face.held:
+                normals = slice(self.k * (where.start + 1) - 1, self.k * where.stop, self.k)
+                self.base[:, normals] += face.overlap
             if face.jump is not None:
                 columns = slice(self.k * where.start, self.k * where.stop)
                 self.base[:, columns] += np.einsum(

@@ -53,6 +53,10 @@ class Interface:
     jump : (K, d) array, optional
         Displacement that the primary has in addition to the secondary, in each load state
         [length].
+    overlap : (K, m) array, optional
+        Overlap that is given to the parts in each load state, beyond the gap [length].
+    preloaded : bool
+        Whether a force says how large a uniform overlap is, besides.
     held : bool
         Whether u_n = gap is boundary data of the body. Only the tangents are then contact
         directions.
@@ -73,6 +77,8 @@ class Interface:
     sag: Array | None = None
     jump: Array | None = None
     held: bool = False
+    overlap: Array | None = None
+    preloaded: bool = False
 
     @property
     def directions(self) -> Array:

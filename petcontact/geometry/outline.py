@@ -4,6 +4,7 @@ each."""
 from __future__ import annotations
 
 import cmath
+import copy
 import functools
 import itertools
 import math
@@ -119,6 +120,8 @@ class Outline(Boundary):
     loops : tuple of tuples of Side
     exterior : bool
         Whether there is no outer loop: the body is the infinite plate around the loops.
+    depth : float
+        Thickness of the body across the plane, 0 where it is not given [length].
 
     Raises
     ------
@@ -128,8 +131,15 @@ class Outline(Boundary):
 
     loops: tuple[tuple[Side, ...], ...]
     exterior: bool = False
+    depth: float = 0.0
     dim = components = 2
     known = graded = True
+
+    def of_thickness(self, thickness: float) -> Outline:
+        """Return the outline of a body of so much thickness [length]."""
+        outline = copy.copy(self)  # what was checked need not be checked again
+        object.__setattr__(outline, "depth", thickness)
+        return outline
 
     def __post_init__(self) -> None:
         for loop in self.loops:

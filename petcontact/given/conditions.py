@@ -79,11 +79,14 @@ class Displacement:
         Displacement by component [length]; None where it is free.
     traction : tuple of Given, optional
         Traction of the free components [stress].
+    onward : tuple of bool, or False
+        Which components are added to what the step before has left.
     """
 
     part: str
     value: tuple[Given | None, ...]
     traction: tuple[Given, ...] | None = None
+    onward: tuple[bool, ...] | bool = False
 
     @property
     def free(self) -> list[bool]:

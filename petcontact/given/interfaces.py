@@ -7,6 +7,10 @@ from dataclasses import dataclass
 from ..arrays import Array
 from .values import Given
 
+FRICTION = ("friction_coefficient", "friction_bound")
+PLACED = (*FRICTION, "interference", "clearance")
+"""Keys of a contact that steps change, and that may vary with the place."""
+
 
 @dataclass(frozen=True)
 class Law:
@@ -26,6 +30,10 @@ class Law:
         Archard's coefficient [1/stress].
     wear_share : float
         Share of the wear on the secondary [-].
+    interference, clearance : Given, optional
+        Overlap that is taken up, and its opposite [length].
+    preload : float or "locked", optional
+        Force that the overlap of the parts brings about, or "locked": the overlap stays.
     """
 
     normal: str
@@ -34,6 +42,9 @@ class Law:
     friction_bound: Given | None
     wear_coefficient: Given | None
     wear_share: float
+    interference: Given | None = None
+    clearance: Given | None = None
+    preload: float | str | None = None
 
     @property
     def is_paper(self) -> bool:
@@ -65,7 +76,10 @@ class PosedInterface:
     obstacle : int, optional
         Number of the obstacle; with neither a body nor an obstacle the primary is fixed ground.
     law : Law
-        The normal condition, the gap, friction and wear.
+        The normal condition, the gap, friction and wear; where steps change it, the friction that
+        it has in any of them.
+    laws : tuple of Law
+        The law in each load state: without load, and at the end of each step.
     direction : (d,) array, optional
         Unit vector from the secondary to the primary.
     periodic : bool
@@ -82,8 +96,19 @@ class PosedInterface:
     obstacle: int | None
     law: Law
     direction: Array | None
+    laws: tuple[Law, ...]
     periodic: bool = False
     is_condition: bool = False
+
+    @property
+    def preloaded(self) -> bool:
+        """Whether a force says which overlap its parts have, in some step."""
+        return any(law.preload is not None for law in self.laws)
+
+    @property
+    def pressed(self) -> bool:
+        """Whether its parts overlap by more than they lie, in some step."""
+        return self.preloaded or any(law.interference is not None for law in self.laws)
 
     @property
     def ends(self) -> list[tuple[int, str]]:
@@ -108,4 +133,5 @@ class PosedInterface:
             and self.direction is None
             and self.law.normal != "unilateral"
             and self.law.friction_coefficient is None
+            and not self.preloaded
         )

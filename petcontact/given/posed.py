@@ -31,6 +31,8 @@ class Step:
     is_divided: bool = False
 
 
+HOLD = "hold"
+"""Of a component: it stays where the step before has left it, or moves on from there."""
 WHOLE_LOAD = Step("load")
 """The step of a problem that names none."""
 
@@ -66,7 +68,11 @@ class Obstacle(Protocol):
         ...
 
     def motions(self, kind: Motions) -> list[Any]:
-        """Displacement and rotation by component, each a number or "free"."""
+        """Displacement and rotation by component, each a number, "free" or "hold"."""
+        ...
+
+    def moved_by(self, kind: Motions) -> list[float]:
+        """How far components that are "hold" move from where the step before has left them."""
         ...
 
     def loads(self, kind: Motions) -> list[float]:

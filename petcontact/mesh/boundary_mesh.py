@@ -44,7 +44,9 @@ class BoundaryMesh(abc.ABC):
         Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary
         [length^weight_power].
     weight_power : int
-        1 for plane bodies, whose forces are per unit of thickness, else 2.
+        1 for plane bodies whose forces are per length, else 2.
+    depth : float
+        Thickness of a plane body, 1 where it has none [length].
     motions : Motions
         The rigid motions of such bodies.
     stresses : tuple of str
@@ -69,7 +71,6 @@ class BoundaryMesh(abc.ABC):
 
     dim: ClassVar[int]
     components: ClassVar[int]
-    weight_power: ClassVar[int]
     motions: ClassVar[Motions]
     stresses: ClassVar[tuple[str, ...]]
     x: Array
@@ -84,6 +85,8 @@ class BoundaryMesh(abc.ABC):
 
         @property
         def kind(self) -> Index: ...
+        @property
+        def weight_power(self) -> int: ...
         @property
         def corners(self) -> Array: ...
         @property
@@ -103,6 +106,17 @@ class BoundaryMesh(abc.ABC):
         """Weights of integrals over the elements themselves, for rings over their generating curve
         [length^(d-1)]."""
         return self.weight
+
+    @property
+    def depth(self) -> float:
+        """By what weights are multiplied beyond those of the elements: the thickness of a plane
+        body [length]."""
+        return 1.0
+
+    @property
+    def of_forces(self) -> str:
+        """Whether forces of plane bodies are per length or whole, in words; nothing for others."""
+        return ""
 
     @functools.cached_property
     def functions(self) -> dict[Hashable, Any]:

@@ -70,6 +70,7 @@ def build_mesh(
         unit_length=outline.log_length,
         direction=np.concatenate(direction),
         power=power,
+        thickness=outline.depth,
     )
 
 

@@ -51,10 +51,14 @@ class CurveMesh(BoundaryMesh):
         λ > 0 of constant elements at a corner whose unknown displacements are r^λ, and tractions
         r^(λ-1), r being the distance from their start, -λ from their end; 0 of polynomials, and by
         default (`bem.kelvin2d.corner_elements`).
+    thickness : float
+        Of the body, by which weights are multiplied; 0 where it is not given, as forces are per
+        length then [length].
     x, normal : (n, 2) arrays
         Nodes and outward unit normals.
     weight : (n,) array
-        Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary [length].
+        Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary [length;
+        area with a thickness].
     element, xi : (n,) arrays
         The element of a node and the node's coordinate on it, in (-1, 1).
     first_node : (n_elements + 1,) array
@@ -73,9 +77,9 @@ class CurveMesh(BoundaryMesh):
     unit_length: float = 0.0
     direction: Array = field(default_factory=lambda: np.empty((0, 2)))
     power: Array = field(default_factory=lambda: np.empty(0))
+    thickness: float = 0.0
     dim: ClassVar[int] = 2
     components: ClassVar[int] = 2
-    weight_power: ClassVar[int] = 1
     motions: ClassVar[Motions] = PLANE
     stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "xy")
     x: Array = field(init=False)
@@ -120,11 +124,31 @@ class CurveMesh(BoundaryMesh):
             "length": length,
             "x": x,
             "normal": normal,
-            "weight": 0.5 * length[element] * reference_weight,
+            "weight": 0.5 * self.depth * length[element] * reference_weight,
         }
         vars(self).update(values)
         if self.unit_length == 0.0:
             object.__setattr__(self, "unit_length", hull_scale(np.vstack([self.start, self.x])))
+
+    @property
+    def weight_power(self) -> int:
+        """1, as forces are per length, or 2 with a thickness."""
+        return 2 if self.thickness else 1
+
+    @property
+    def of_forces(self) -> str:
+        """As in `BoundaryMesh`."""
+        return "whole" if self.thickness else "per length"
+
+    @property
+    def depth(self) -> float:
+        """As in `BoundaryMesh`."""
+        return self.thickness or 1.0
+
+    @property
+    def measure(self) -> Array:
+        """As in `BoundaryMesh`."""
+        return self.weight / self.depth if self.thickness else self.weight
 
     @functools.cached_property
     def corner_nodes(self) -> Index:

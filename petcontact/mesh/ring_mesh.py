@@ -26,7 +26,8 @@ class RingMesh(CurveMesh):
     that begins and ends on the axis has no neighbours there.
     """
 
-    weight_power: ClassVar[int] = 2
+    weight_power = 2
+    of_forces = ""
     motions: ClassVar[Motions] = REVOLUTION
     stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy")
 

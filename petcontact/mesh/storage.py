@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import h5py
@@ -27,6 +27,8 @@ def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
         "part_names", data=np.array(mesh.part_names, dtype=object), dtype=h5py.string_dtype()
     )
     group.attrs["unit_length"] = mesh.unit_length
+    if isinstance(mesh, CurveMesh) and mesh.thickness:
+        group.attrs["thickness"] = mesh.thickness
     if isinstance(mesh, RingMesh):
         group.attrs["symmetry"] = "axial"
         group.attrs["components"] = mesh.components
@@ -92,6 +94,9 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
     mesh: BoundaryMesh = build(
         vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source
     )
+    if isinstance(mesh, CurveMesh) and "thickness" in group.attrs:
+        mesh = replace(mesh, thickness=float(group.attrs["thickness"]))
+        demand(0.0 < mesh.depth < np.inf, f"{source}: mesh/thickness is {mesh.depth:g}")
     if group.attrs.get("symmetry") != "axial":
         return mesh
     kind_of_ring = TwistedRingMesh if group.attrs.get("components") == 3 else RingMesh

@@ -52,7 +52,7 @@ class SurfaceMesh(BoundaryMesh):
     middles: Array = field(default_factory=lambda: np.empty((0, 5, 3)))
     dim: ClassVar[int] = 3
     components: ClassVar[int] = 3
-    weight_power: ClassVar[int] = 2
+    weight_power = 2
     motions: ClassVar[Motions] = SPACE
     stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy", "xz", "yz")
     x: Array = field(init=False)

@@ -14,6 +14,7 @@ from ..given.tables.base import (
     Finite,
     Model,
     Name,
+    NotNegative,
     Share,
     Vector,
 )
@@ -200,7 +201,7 @@ class Contact(Model):
         What is known on the part.
     normal : {"bilateral", "unilateral", "bonded"}
         u_n = gap; pressure p >= 0 where the gap closes, none where it is open; or u = 0 altogether.
-        Required beside a gap or a friction coefficient.
+        Required beside a gap, an overlap, a preload or a friction coefficient.
     gap : expression
         Initial gap along the outward normal [length].
     friction_coefficient : expression, optional
@@ -214,6 +215,12 @@ class Contact(Model):
         [1/stress].
     wear_share : float
         Fraction of the wear on the body, in [0, 1]; the rest wears the obstacle [-].
+    interference, clearance : expression, optional
+        Overlap that is taken up in the first step, and its opposite; both add to the gap
+        [length].
+    preload : float, optional
+        Force that the overlap of the parts brings about in the first step: of a bonded pair
+        tension, else compression [force/length, in 3D force].
     """
 
     part: str
@@ -224,12 +231,15 @@ class Contact(Model):
     friction_bound: Expression | None = None
     wear_coefficient: Expression | None = pydantic.Field(default=None, kw_only=True)
     wear_share: Share = pydantic.Field(default=1.0, kw_only=True)
+    interference: Expression | None = pydantic.Field(default=None, kw_only=True)
+    clearance: Expression | None = pydantic.Field(default=None, kw_only=True)
+    preload: NotNegative | None = pydantic.Field(default=None, kw_only=True)
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_normal(self) -> Contact:
         if "normal" not in self.model_fields_set and not self.plain:
             raise InputError(
-                "normal: this key is required beside a gap or a friction coefficient; "
+                "normal: this key is required beside a gap, an overlap or a friction coefficient; "
                 '"unilateral" contact may open, "bilateral" contact stays closed'
             )
         check_law(self)
@@ -239,7 +249,9 @@ class Contact(Model):
     def plain(self) -> bool:
         """Whether it is the contact of the paper: bilateral without a gap, with a given friction
         bound."""
-        return self.normal == "bilateral" and self.gap == 0.0 and self.friction_coefficient is None
+        others = (self.friction_coefficient, self.interference, self.clearance, self.preload)
+        closed = self.normal == "bilateral" and self.gap == 0.0
+        return closed and all(value is None for value in others)
 
 
 Condition = Annotated[
@@ -334,6 +346,12 @@ class Pair(Model):
         is k ∫ p |dw| [1/stress].
     wear_share : float
         Fraction of the wear on the secondary side, in [0, 1]; the rest wears the primary [-].
+    interference, clearance : expression, optional
+        Overlap that is taken up in the first step, and its opposite; both add to the gap
+        [length].
+    preload : float, optional
+        Force that the overlap of the parts brings about in the first step: of a bonded pair
+        tension, else compression [force/length, in 3D force].
     """
 
     name: Name
@@ -346,6 +364,9 @@ class Pair(Model):
     friction_bound: Expression | None = None
     wear_coefficient: Expression | None = None
     wear_share: Share = 0.5
+    interference: Expression | None = pydantic.Field(default=None, kw_only=True)
+    clearance: Expression | None = pydantic.Field(default=None, kw_only=True)
+    preload: NotNegative | None = pydantic.Field(default=None, kw_only=True)
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_normal(self) -> Pair:

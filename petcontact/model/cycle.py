@@ -78,6 +78,7 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
         raise InputError(
             "cycle: nothing changes from cycle to cycle; give a contact a wear_coefficient"
         )
+    _check_values(problem, steps)
     again = problem.step[steps[0] - 1 : steps[-1]]
     ends = _ends(problem.model_copy(update={"step": problem.step[: steps[-1]] + again}))
     for k, number in enumerate(steps):
@@ -93,6 +94,17 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
             f"{names[steps[0] - 1]!r}; "
             "a cycle has a step to and one back"
         )
+
+
+def _check_values(problem: Any, steps: range) -> None:
+    """Refuse steps of a cycle whose ends depend on where they begin."""
+    for number in steps:
+        step = problem.step[number - 1]
+        if any(change.goes_on for change in (*step.boundary, *step.obstacle)):
+            raise InputError(
+                f'cycle: step {step.name or number!r} has "hold" or by, which need not lead back; '
+                "a cycle has values"
+            )
 
 
 def _ends(problem: Any) -> list[Any]:

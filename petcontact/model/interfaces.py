@@ -2,18 +2,69 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..given.interfaces import Law, PosedInterface
+from ..errors import InputError
+from ..given.interfaces import FRICTION, PLACED, Law, PosedInterface
 from ..given.values import Given, as_given
+from ..runtime.hints import demand_name
 from .bodies import Contact, Periodic
 
 
 def posed_interfaces(problem: Any) -> tuple[PosedInterface, ...]:
-    """The contact conditions and the contact pairs of a `Problem`, in the order of the config."""
-    return (*_conditions(problem), *_pairs(problem))
+    """The contact conditions and the contact pairs of a `Problem`, in the order of the config.
+
+    Raises
+    ------
+    InputError
+        If a step changes a contact that there is not, or gives it a friction that it cannot take.
+    """
+    interfaces = [*_conditions(problem), *_pairs(problem)]
+    names, changes = [side.name for side in interfaces if not side.periodic], dict[str, list[Any]]()
+    for s, step in enumerate(problem.step):
+        for k, change in enumerate(step.contact):
+            key = f"step[{s}].contact[{k}]"
+            demand_name(f"{key}.name: no contact", change.name, names, "contacts are")
+            changes.setdefault(change.name, []).append((s, key, change))
+    count = max(1, len(problem.step))
+    return tuple(_in_steps(side, changes.get(side.name, []), count) for side in interfaces)
+
+
+def _in_steps(
+    side: PosedInterface, changes: list[tuple[int, str, Any]], count: int
+) -> PosedInterface:
+    """The interface with its law in each load state; an overlap is taken up in the first step."""
+    law, laws = side.law, [replace(side.law, interference=None, preload=None)]
+    for number in range(count):
+        for key, change in [each[1:] for each in changes if each[0] == number]:
+            new = dict(_changed(side, key, change))
+            if not law.has_friction:  # that of the first step that has some counts from then on
+                mu, bound = map(new.get, FRICTION)
+                union = replace(side.law, friction_coefficient=mu, friction_bound=bound)
+                side = replace(side, law=union)
+            elif odd := [k for k in FRICTION if k in new and getattr(side.law, k) is None]:
+                raise InputError(
+                    f"{key}.{odd[0]}: contact {side.name!r} has none until then, and what is "
+                    f"infinite is not reached linearly; give it a {odd[0]} from the beginning"
+                )
+            law = replace(law, **new)
+        laws.append(law)
+    return replace(side, laws=tuple(laws))
+
+
+def _changed(side: PosedInterface, key: str, change: Any) -> Iterator[tuple[str, Any]]:
+    """What a step changes of a law."""
+    for name in (*PLACED, "preload"):
+        value = getattr(change, name)
+        if value is None:
+            continue
+        if name in FRICTION and side.law.normal == "bonded":
+            raise InputError(f"{key}.{name}: contact {side.name!r} is bonded and does not slip")
+        yield name, value if name == "preload" else as_given(value, f"{key}.{name}")
 
 
 def _conditions(problem: Any) -> list[PosedInterface]:
@@ -30,7 +81,7 @@ def _conditions(problem: Any) -> list[PosedInterface]:
             law = _law(place, Contact(condition.part, normal="bonded") if periodic else condition)
             interfaces.append(
                 PosedInterface(
-                    name, place, b, condition.part, primary, None, law, None, periodic, True
+                    name, place, b, condition.part, primary, None, law, None, (), periodic, True
                 )
             )
     return interfaces
@@ -47,7 +98,7 @@ def _pairs(problem: Any) -> list[PosedInterface]:
         direction = None if along is None else np.array(along) / np.linalg.norm(along)
         interfaces.append(
             PosedInterface(
-                pair.name, key, body, part, primary, obstacle, _law(key, pair), direction
+                pair.name, key, body, part, primary, obstacle, _law(key, pair), direction, ()
             )
         )
     return interfaces
@@ -67,4 +118,7 @@ def _law(place: str, law: Any) -> Law:
         datum("friction_bound"),
         datum("wear_coefficient"),
         law.wear_share,
+        datum("interference"),
+        datum("clearance"),
+        law.preload,
     )

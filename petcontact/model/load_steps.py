@@ -1,5 +1,4 @@
-"""Load steps: what changes, one after the other, every value reached linearly in its step; and what
-they move, obstacles."""
+"""Load steps: what changes, one after the other, every value reached linearly in its step."""
 
 from __future__ import annotations
 
@@ -8,134 +7,27 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
+from ..arrays import LARGEST_NUMBER
 from ..errors import InputError
-from ..geometry.rotation import Motions as Kind
-from ..given.tables.base import Expression, Finite, Model, Name, Vector, whole_or_auto
+from ..given.posed import HOLD
+from ..given.tables.base import Expression, Finite, Model, Vector, whole_or_auto
 from ..runtime.hints import among, demand_name
 from .bodies import Body, Displacement, Periodic, Traction
 from .loads import LoadsChange, check_material
+from .obstacles import LaterMotions, Loads, Motions, MovedObstacle, Obstacle
+from .onward import check_by, moved_on, ways_of
 
 Increments = Annotated[int | Literal["auto"], whole_or_auto(100_000)]
 
 
-def _components(allowed: str, *words: str) -> pydantic.BeforeValidator:
-    """Check a number, or one of some words, for every component or in an array of them.
-
-    This is one check in place of a union, whose report would name every branch.
-    """
-
-    def one(value: Any) -> float | str:
-        if isinstance(value, str) and value in words:
-            return value
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not abs(value) < float("inf"):
-            raise InputError(f"must be {allowed} or an array of them, one a component")
-        return float(value)
-
-    return pydantic.BeforeValidator(
-        lambda value: tuple(map(one, value)) if isinstance(value, (list, tuple)) else one(value)
-    )
+def _force_or_locked(value: Any) -> Any:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if value != "locked" and not (number and 0.0 <= value <= LARGEST_NUMBER):
+        raise InputError(f'must be a number from 0 to {LARGEST_NUMBER:g}, or "locked"')
+    return value if value == "locked" else float(value)
 
 
-Motions = Annotated[
-    float | Literal["free"] | tuple[float | Literal["free"], ...],
-    _components('a finite number or "free",', "free"),
-]
-"""A number or "free" for every component, or an array of them."""
-Loads = Annotated[float | tuple[float, ...], _components("a finite number")]
-"""A number for every component, or an array of them."""
-
-
-def spread(value: Any, count: int, key: str) -> list[Any]:
-    """The `count` components of a vector that is given by them, or by one number where this is 0 or
-    "free".
-
-    Raises
-    ------
-    InputError
-        If it has another number of components.
-    """
-    if isinstance(value, tuple):
-        if len(value) != count:
-            needed = "a number" if count == 1 else f"{count} components"
-            raise InputError(f"{key}: needs {needed} here, got {len(value)} components")
-        return list(value)
-    if count == 0 and value != 0.0:
-        raise InputError(f"{key}: nothing turns about the axis here; leave it out, got {value!r}")
-    if count > 1 and value not in (0.0, "free"):
-        raise InputError(f"{key}: needs {count} components here, got {value!r}")
-    return [value] * count
-
-
-class Obstacle(Model):
-    """A rigid body without a mesh: it moves by given components, or by those that are "free" under
-    its force and moment.
-
-    One number stands for every component where it is 0 or "free".
-
-    In a config::
-
-        [[obstacle]]
-        name = "punch"
-        displacement = ["free", -0.1]
-
-    Attributes
-    ----------
-    name : str
-        Name of the obstacle.
-    displacement : a number or "free" a component
-        Displacement of the centre [length].
-    rotation : number or "free", in 3D one about each of x, y, z
-        About the centre, counter-clockwise, small [rad].
-    centre : point
-        Point about which it turns [length].
-    force : a number a component
-        Force from outside on components that are free [force/length, in 3D force].
-    moment : number, in 3D one about each of x, y, z
-        Moment from outside about the centre, where the rotation is free [force, in 3D force ·
-        length].
-    """
-
-    name: Name
-    displacement: Motions = 0.0
-    rotation: Motions = 0.0
-    centre: Loads = 0.0
-    force: Loads = 0.0
-    moment: Loads = 0.0
-
-    def motions(self, kind: Kind) -> list[Any]:
-        """Displacement and rotation, component by component, each a number or "free".
-
-        Raises
-        ------
-        InputError
-            If one has another number of components, or no rigid motion has it.
-        """
-        moved = self._along("displacement", kind, 0.0, "free")
-        return moved + self._each("rotation", len(kind.planes))
-
-    def loads(self, kind: Kind) -> list[float]:
-        """Force and moment, component by component; errors as of `motions`."""
-        return self._along("force", kind, 0.0) + self._each("moment", len(kind.planes))
-
-    def _along(self, key: str, kind: Kind, *still: Any) -> list[Any]:
-        """The components of a vector, of which those across an axis of revolution are 0."""
-        values = self._each(key, kind.dim)
-        for axis in kind.across:
-            if values[axis] not in still:
-                raise InputError(
-                    f"obstacle {self.name!r}: {key}[{axis}]: it moves along the axis of revolution "
-                    f"only, got {values[axis]!r}"
-                )
-            values[axis] = 0.0
-        return values
-
-    def centre_in(self, d: int) -> list[float]:
-        """Centre of rotation in d dimensions; errors as of `motions`."""
-        return self._each("centre", d)
-
-    def _each(self, key: str, count: int) -> list[Any]:
-        return spread(getattr(self, key), count, f"obstacle {self.name!r}: {key}")
+Preload = Annotated[float | Literal["locked"], pydantic.BeforeValidator(_force_or_locked)]
 
 
 class BoundaryChange(Model):
@@ -157,7 +49,11 @@ class BoundaryChange(Model):
     part : str
         Name of the part.
     value, pressure : as in the condition
-        As in the condition that it changes; of a periodic one value is its jump.
+        As in the condition that it changes; of a periodic one value is its jump. A component that
+        is "hold" stays where the step before has left it, also on a part that was loaded or free.
+    by : a number, an expression or "free" a component, optional
+        How far components move from where the step before has left them; without `value` all
+        components but those that are "free" do [length].
     traction : as in the condition, optional
         Traction on the "free" components of a displacement. What is not named stays.
     """
@@ -167,13 +63,24 @@ class BoundaryChange(Model):
     value: Annotated[tuple[Expression, ...], Vector] | None = None
     pressure: Expression | None = None
     traction: Annotated[tuple[Expression, ...], Vector] | None = None
+    by: Annotated[tuple[Expression, ...], Vector] | None = pydantic.Field(
+        default=None, kw_only=True
+    )
 
     @pydantic.model_validator(mode="after")
     def _one_of_two(self) -> BoundaryChange:
-        if (self.value is None and self.traction is None) == (self.pressure is None):
+        if (self.value is None and self.traction is None and self.by is None) == (
+            self.pressure is None
+        ):
             given = "neither" if self.pressure is None else "both"
             raise ValueError(f"a change needs either value = [...] or pressure = p, got {given}")
+        check_by("value", self.value, self.by)
         return self
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether some component stays or moves from where the step before has left it."""
+        return self.by is not None or HOLD in (self.value or ())
 
 
 class ObstacleChange(Model):
@@ -191,10 +98,13 @@ class ObstacleChange(Model):
     ----------
     name : str
         Name of the obstacle.
-    displacement : a number or "free" a component
-        Displacement of the centre [length].
-    rotation : number or "free", in 3D one about each of x, y, z
+    displacement : a number, "free" or "hold" a component
+        Displacement of the centre [length]; "hold" stays where the step before has left it.
+    rotation : number, "free" or "hold", in 3D one about each of x, y, z
         Rotation about the centre [rad].
+    by : a number or "free" a component, optional
+        How far the centre moves from where the step before has left it; without `displacement` all
+        components but those that are "free" do [length].
     force : a number a component
         Force by component [force/length, in 3D force].
     moment : number, in 3D one about each of x, y, z
@@ -202,10 +112,73 @@ class ObstacleChange(Model):
     """
 
     name: str
-    displacement: Motions | None = None
-    rotation: Motions | None = None
+    displacement: LaterMotions | None = None
+    rotation: LaterMotions | None = None
     force: Loads | None = None
     moment: Loads | None = None
+    by: Motions | None = pydantic.Field(default=None, kw_only=True)
+
+    @pydantic.model_validator(mode="after")
+    def _by_where_held(self) -> ObstacleChange:
+        check_by("displacement", self.displacement, self.by)
+        return self
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether some component stays or moves from where the step before has left it."""
+        held = (self.displacement, self.rotation)
+        return self.by is not None or any(
+            HOLD in (value if isinstance(value, tuple) else (value,)) for value in held
+        )
+
+    def changes(self) -> dict[str, Any]:
+        """Values by the key of the obstacle that they change; `by` is 0 where none is given."""
+        keys = ("displacement", "rotation", "force", "moment")
+        given = {key: value for key in keys if (value := getattr(self, key)) is not None}
+        if self.by is None:
+            return {**given, "by": 0.0}
+        each = self.by if isinstance(self.by, tuple) else (self.by,)
+        moved, ways = (
+            values if isinstance(self.by, tuple) else values[0] for values in ways_of(None, each)
+        )
+        return {"displacement": moved, **given, "by": ways}
+
+
+class ContactChange(Model):
+    """New values of a contact, reached linearly in the step; what is not named stays.
+
+    In a config::
+
+        [[step]]
+        name = "tighten"
+        [[step.contact]]
+        name = "bolt"
+        preload = 12_000.0
+        [[step]]
+        name = "load"
+        [[step.contact]]
+        name = "bolt"
+        preload = "locked"
+
+    Attributes
+    ----------
+    name : str
+        Name of the contact; of a contact condition "part", of several bodies "body.part".
+    friction_coefficient, friction_bound : expression, optional
+        As in the contact. A contact that has one of them gets no other one in a step.
+    interference, clearance : expression, optional
+        Overlap of the parts, and its opposite [length].
+    preload : float or "locked", optional
+        Force that the overlap brings about; "locked" keeps the overlap that was reached
+        [force/length, in 3D force].
+    """
+
+    name: str
+    friction_coefficient: Expression | None = None
+    friction_bound: Expression | None = None
+    interference: Expression | None = None
+    clearance: Expression | None = None
+    preload: Preload | None = None
 
 
 class PointForceChange(Model):
@@ -249,7 +222,7 @@ class Step(Model):
         Equal increments; "auto" begins with one and halves where the solver fails or the path error
         is too large. Steps that do not name it take 4, 16 or 64, together at most 64, if the
         error of the path would exceed the wanted accuracy; they grow with a contact that begins.
-    boundary, obstacle, point_force, loads : lists
+    boundary, obstacle, contact, point_force, loads : lists
         What changes; the rest keeps the values it has at the end of the step before.
     """
 
@@ -257,6 +230,7 @@ class Step(Model):
     increments: Increments = 1
     boundary: tuple[BoundaryChange, ...] = ()
     obstacle: tuple[ObstacleChange, ...] = ()
+    contact: tuple[ContactChange, ...] = ()
     point_force: tuple[PointForceChange, ...] = ()
     loads: tuple[LoadsChange, ...] = ()
 
@@ -299,6 +273,13 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
         raise ValueError(f"{key}.{error}") from None
 
 
+def condition_after(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:
+    """The condition of a part in a step that changes it; errors as of `changed_condition`."""
+    if change.goes_on:
+        return moved_on(body.condition(change.part), change, key)
+    return changed_condition(body, change, key)
+
+
 def _changing(body: Body, part: str, key: str) -> Displacement | Traction | Periodic:
     """The condition of a part, if it is one that steps change."""
     old = body.condition(part)
@@ -321,13 +302,15 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     for k, change in enumerate(step.boundary):
         place = f"{key}.boundary[{k}]"
         body = _body_of(change, place, bodies)
-        changed_condition(body, change, place)
+        condition_after(body, change, place)
         changed.append((f"{place}.part", "part", f"{body.name}.{change.part}"))
     for k, loads in enumerate(step.loads):
         place = f"{key}.loads[{k}]"
         check_material(place, _body_of(loads, place, bodies), loads)
     named_changes: tuple[tuple[str, Sequence[Any], list[str], str], ...] = (
         ("obstacle", step.obstacle, obstacles, "obstacles are"),
+        # whether they exist is asked where interfaces are made
+        ("contact", step.contact, [named.name for named in step.contact], ""),
         (
             "point force",
             step.point_force,
@@ -359,9 +342,12 @@ def _body_of(change: Any, key: str, bodies: Sequence[Body]) -> Body:
 
 def changed_obstacles(obstacles: Sequence[Obstacle], step: Step) -> list[Obstacle]:
     """Return the obstacles at the end of a step."""
-    keys = ("displacement", "rotation", "force", "moment")
-    changes = {
-        change.name: {key: value for key in keys if (value := getattr(change, key)) is not None}
-        for change in step.obstacle
-    }
-    return [o.model_copy(update=changes[o.name]) if o.name in changes else o for o in obstacles]
+    changes = {change.name: change.changes() for change in step.obstacle}
+    return [_changed(obstacle, changes.get(obstacle.name, {"by": 0.0})) for obstacle in obstacles]
+
+
+def _changed(obstacle: Obstacle, changes: dict[str, Any]) -> Obstacle:
+    """Return an obstacle in a step; `by` is of one step only."""
+    if changes == {"by": 0.0} and not isinstance(obstacle, MovedObstacle):
+        return obstacle
+    return MovedObstacle.model_construct(**{**dict(obstacle), **changes})

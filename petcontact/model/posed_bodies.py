@@ -9,8 +9,9 @@ from ..given import bodies, conditions
 from ..given.interfaces import Law
 from ..given.values import Given, as_given
 from .bodies import Body, Contact, Displacement, Periodic, Symmetry, Traction
-from .load_steps import Step, changed_condition
+from .load_steps import Step, condition_after
 from .loads import NO_LOADS, VolumeLoads
+from .onward import at_rest
 
 
 def posed_body(
@@ -58,10 +59,14 @@ def _conditions(
     first = values = {part: _condition(body.name, condition) for part, condition in posed.items()}
     result = []
     for s, step in enumerate(steps):
+        for part in posed:
+            if (still := at_rest(posed[part])) is not posed[part]:
+                posed = {**posed, part: still}
+                values = {**values, part: _condition(body.name, still)}
         for k, change in enumerate(step.boundary):
             if change.body in names:
                 before = body.model_copy(update={"boundary": tuple(posed.values())})
-                condition = changed_condition(before, change, f"step[{s}].boundary[{k}]")
+                condition = condition_after(before, change, f"step[{s}].boundary[{k}]")
                 posed = {**posed, change.part: condition}
                 values = {**values, change.part: _condition(body.name, condition)}
         result.append(values)
@@ -109,6 +114,7 @@ def _condition(
                 for c, value in enumerate(condition.value)
             ),
             None if loads is None else _vector(loads, f"{key}.traction"),
+            getattr(condition, "onward", False),
         )
     if condition.pressure is not None:
         return conditions.Traction(part, pressure=as_given(condition.pressure, f"{key}.pressure"))

@@ -38,8 +38,9 @@ from .bodies import (
 )
 from .cycle import Cycle, check_cycle
 from .interfaces import posed_interfaces
-from .load_steps import Obstacle, Step, changed_condition, changed_obstacles, check_step
+from .load_steps import Step, changed_condition, changed_obstacles, check_step
 from .loads import PointForce, VolumeLoads, check_material
+from .obstacles import Obstacle
 from .posed_bodies import posed_body
 from .posing import posed
 from .shapes.files import Gmsh
@@ -278,8 +279,25 @@ class Problem(Setting):
                 check_material("loads" if self.is_flat else f"body[{k}].loads", body, body.loads)
         for k, step in enumerate(self.step):
             check_step(f"step[{k}]", step, self.body, obstacles)
+        posed_interfaces(self)
         if self.cycle is not None:
             check_cycle(self, self.cycle)
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _one_thickness(self) -> Problem:
+        """Forces are whole ones in all bodies, or per length in all."""
+        given = [body.material.thickness is not None for body in self.body]
+        if any(given) and (self.symmetry == "axial" or not all(given)):
+            k = given.index(self.symmetry == "axial")
+            raise InputError(
+                f"{'' if self.is_flat else f'body[{k}].'}material.thickness: "
+                + (
+                    "a body of revolution has none"
+                    if self.symmetry == "axial"
+                    else "give it to all bodies, or to none; forces are per length without it"
+                )
+            )
         return self
 
     def outline(self, number: int = 0) -> Boundary:
@@ -297,6 +315,8 @@ class Problem(Setting):
             else body.geometry.outline()
         )
         try:
+            if (thickness := body.material.thickness) is not None:
+                return as_outline(boundary, "material.thickness").of_thickness(thickness)
             if isinstance(boundary, CondensedSurface):
                 boundary.demand(axial, self.twisted)
                 return boundary

@@ -91,10 +91,11 @@ def condition_text(condition: Condition) -> str:
     """
     if not condition.terms:
         return type(condition).__name__.lower()
+    letters = {"displacement": "Δu" if getattr(condition, "onward", False) else "u"}
     return ", ".join(
         f"p = {value_text(term.data[0])}"
         if term.is_pressure
-        else f"{'u' if term.kind == 'displacement' else 't'} = {value_text(term.data)}"
+        else f"{letters.get(term.kind, 't')} = {value_text(term.data)}"
         for term in condition.terms
     )
 

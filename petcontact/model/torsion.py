@@ -5,19 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from ..given.posed import HOLD
 from ..given.tables.base import Model
 from .bodies import Displacement, Periodic, Traction
-from .load_steps import BoundaryChange, Obstacle, ObstacleChange, PointForceChange
+from .load_steps import BoundaryChange, ObstacleChange, PointForceChange
 from .loads import PointForce
+from .obstacles import Obstacle
 
 VECTORS: dict[type[Model], tuple[str, ...]] = {
     Traction: ("value",),
-    **dict.fromkeys((Displacement, BoundaryChange), ("value", "traction")),
+    Displacement: ("value", "traction"),
+    BoundaryChange: ("value", "traction", "by"),
     **dict.fromkeys((PointForce, PointForceChange), ("force",)),
-    **dict.fromkeys((Obstacle, ObstacleChange), ("displacement", "force")),
+    Obstacle: ("displacement", "force"),
+    ObstacleChange: ("displacement", "force", "by"),
 }
 """Keys of vectors that may have a component round the axis, by the model that has them."""
-STILL = (None, 0.0, "free", (), (0.0,), ("free",))
+STILL = (None, 0.0, "free", HOLD, (), (0.0,), ("free",), (HOLD,))
 """Of an obstacle, a rotation or a moment that turns nothing by itself."""
 
 

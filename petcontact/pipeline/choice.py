@@ -119,8 +119,8 @@ def _curve_seconds(mesh: CurveMesh) -> float:
 
 def _slender(mesh: CurveMesh) -> float:
     """Length of the strip with the perimeter and the area of a body over its thickness [-]."""
-    length = float(mesh.weight.sum())
-    inside = 0.5 * float(mesh.weight @ np.sum(mesh.normal * (mesh.x - mesh.x[0]), axis=1))
+    length = float(mesh.measure.sum())
+    inside = 0.5 * float(mesh.measure @ np.sum(mesh.normal * (mesh.x - mesh.x[0]), axis=1))
     return length**2 / (4.0 * abs(inside)) if inside else 0.0
 
 

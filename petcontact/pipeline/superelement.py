@@ -12,7 +12,6 @@ import numpy as np
 from ..arrays import Array, Index
 from ..bem.boundary_data import BoundaryData
 from ..compliance.interface import Interface
-from ..contact.laws import Tresca
 from ..errors import InputError
 from ..given.bodies import Body
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -25,6 +24,7 @@ from ..runtime.petsc import options
 from ..runtime.world import world
 from .eliminate import eliminated_alone
 from .pose.discretise import Discrete, with_volume_loads
+from .pose.laws import with_law
 from .pose.load_states import boundary_data
 
 FORMATS = (".npz", ".inp")
@@ -149,8 +149,8 @@ def condensed_body(
     data = [boundary_data(*body, faces) for body in zip(problem.bodies, meshes, strict=True)]
     _check_steps(problem.bodies[number], mesh, faces, data[number])
     data = with_volume_loads(problem.bodies, meshes, data, None)[0]
-    law = Tresca(np.zeros(0), mesh.components - 1)
-    discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], np.zeros(0))
+    laws = with_law(None, [], [], meshes)[1]
+    discrete = Discrete(problem, problem.boundaries, meshes, faces, laws, data, [], np.zeros(0))
     with options(problem.petsc):
         body = eliminated_alone(discrete, number, comm if comm is not None else world())
     assert body.compliance is not None

@@ -194,6 +194,8 @@ def rough_data(condition: Condition) -> Iterator[tuple[str, Term]]:
             ("friction bound", law.friction_bound),
             ("gap", None if law.gap is None or law.gap.is_zero else law.gap),
             ("friction coefficient", law.friction_coefficient),
+            ("gap", law.interference),
+            ("gap", law.clearance),
         )
         yield from ((kind, Term(kind, (datum,))) for kind, datum in given if datum is not None)
 

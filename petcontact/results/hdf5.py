@@ -54,6 +54,7 @@ RESULTANTS = (
     "dissipated_error",
     "force_primary",
     "moment_primary",
+    "overlap",
 )
 PLACES = ("displacement", "rotation", "force", "moment")
 TEXT = h5py.h5t.py_create(h5py.string_dtype(), logical=True)

@@ -159,7 +159,7 @@ class _OfStep:
                 ("held by moment", obstacle.moment, "moment", moment, ["free"]),
             ):
                 if unit in self._units:
-                    error = np.nan if "free" in by else 0.0
+                    error = 0.0 if all(isinstance(each, float) for each in by) else np.nan
                     yield self._number(word, given.name, value, unit, scale, error=error)
 
     def _displaced(self) -> Iterator[Number]:

@@ -61,6 +61,9 @@ class PairResult:
         obstacle.
     wear : (m, 2) array, optional
         Depths by which secondary and primary are worn; None where nothing wears [length].
+    overlap : float
+        The largest overlap that the parts were given by an interference and a preload, less the
+        clearance [length].
     """
 
     x: Array
@@ -83,6 +86,7 @@ class PairResult:
     moment_primary: Axial | None = None
     wear: Array | None = None
     errors: Callable[[], tuple[Array, Array]] | None = None
+    overlap: float = 0.0
 
     @functools.cached_property
     def _errors(self) -> tuple[Array, Array] | tuple[None, None]:

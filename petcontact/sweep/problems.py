@@ -15,17 +15,20 @@ from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 
 FRICTION = re.compile(
-    r"(contact|boundary|body\.\d+\.boundary)\.\d+\."
+    r"(step\.\d+\.)?(contact|boundary|body\.\d+\.boundary)\.\d+\."
     r"(friction_coefficient|friction_bound|wear_coefficient)"
 )
-GAPS = re.compile(r"(contact|boundary|body\.\d+\.boundary)\.\d+\.gap")
+GAPS = re.compile(
+    r"(step\.\d+\.)?(contact|boundary|body\.\d+\.boundary)\.\d+\.(gap|interference|clearance)"
+)
+PRELOADS = re.compile(r"(step\.\d+\.)?(contact|boundary|body\.\d+\.boundary)\.\d+\.preload")
 MOTIONS = re.compile(
-    r"(step\.\d+\.)?obstacle\.\d+\.(displacement|rotation|force|moment)(\.\d+)?"
+    r"(step\.\d+\.)?obstacle\.\d+\.(displacement|rotation|force|moment|by)(\.\d+)?"
     r"|step\.\d+\.(increments|name)"
 )
 LOADS = re.compile(
     r"(step\.\d+\.|body\.\d+\.)?"
-    r"(boundary\.\d+\.(value|pressure|jump)|point_force\.\d+\.(force|at))(\.\d+)?"
+    r"(boundary\.\d+\.(value|pressure|jump|by)|point_force\.\d+\.(force|at))(\.\d+)?"
     r"|(step\.\d+\.loads\.\d+|(body\.\d+\.)?loads)\."
     r"(acceleration|force|angular_velocity|centre|axis|temperature)(\.\d+)?"
     r"|(body\.\d+\.)?material\.(density|thermal_expansion)"
@@ -49,15 +52,18 @@ def elimination_needs(key: str, value: Any, *, meshes_fixed: bool) -> Any:
     if FRICTION.fullmatch(key):
         positive = value > 0.0 if isinstance(value, (int, float)) else meshes_fixed
         return None if positive else value
+    if PRELOADS.fullmatch(key):
+        return _word(value)
     if meshes_fixed and GAPS.fullmatch(key):
         return value == "geometry" or None
     if meshes_fixed and LOADS.fullmatch(key):
-        return (
-            [component == "free" for component in value]
-            if isinstance(value, list)
-            else value == "free" or None
-        )
+        return list(map(_word, value)) if isinstance(value, list) else _word(value)
     return value
+
+
+def _word(component: Any) -> str | None:
+    """What of a component the elimination depends on: whether it is free, or goes on."""
+    return component if component in ("free", "hold", "locked") else None
 
 
 def prepared_for(case: Problem, comm: Any, cases: int) -> PreparedProblem | None:

@@ -69,7 +69,7 @@ TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": 
         ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
         ("boundary.1.value", 4.0, "in brackets: [4.0, ...]"),
         ("boundary.2.pressure", 3.0, "either value = [tx, ty] or pressure = p, got both"),
-        ("boundary.0.gap", 0.1, "boundary[0]: normal: this key is required beside a gap or"),
+        ("boundary.0.gap", 0.1, "boundary[0]: normal: this key is required beside a gap"),
         ("boundary", [1], "boundary[0]: must be a table, got 1"),
         ("geometry", TWO_NAMES, "geometry: 3 vertices need as many part names in parts, got 2"),
         ("material.young_modulus", "1 MPa", "a number has no unit here: 1; [units] names units"),

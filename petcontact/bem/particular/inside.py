@@ -44,7 +44,8 @@ class InsideLoads:
                 force += share * np.array([f.force for f in body.forces[state - 1]]).reshape(
                     force.shape
                 )
-        return cls(mesh, kernel_for(mesh, body.material), point, force, volume, shares)
+        kernel = kernel_for(mesh, body.material)
+        return cls(mesh, kernel, point, force / mesh.depth, volume, shares)
 
     def without(self, u: Array, traction: Array) -> tuple[Array, Array]:
         """Displacement and traction (n, d) on the boundary without what volume loads add there,

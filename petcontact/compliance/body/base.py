@@ -183,7 +183,10 @@ def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
         mesh.weight[:, None],
         _modes_at(mesh, modes, data.point) if data.point.size else modes[:0],
     )
-    loads = [(data.known_traction * weight, modes, ROUNDED), (data.force, at_points, ROUNDED)]
+    loads = [
+        (data.known_traction * weight, modes, ROUNDED),
+        (data.force * mesh.depth, at_points, ROUNDED),
+    ]
     if data.volume is not None:
         left, of_sizes = _works((weight * mesh.normal)[None], modes)
         error = float((np.abs(left) / of_sizes).max())

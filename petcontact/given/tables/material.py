@@ -31,6 +31,9 @@ class Material(Model):
         Mass density, for accelerations and rotations [mass/volume].
     thermal_expansion : float, optional
         α, for temperatures [1/temperature].
+    thickness : float, optional, in 2D
+        Of the body, across the plane [length]. Forces, moments and areas are then those of the
+        whole thickness; without it they are per length. All bodies have one, or none.
     """
 
     young_modulus: Positive
@@ -38,6 +41,7 @@ class Material(Model):
     plane: Literal["strain", "stress"] = "strain"
     density: NotNegative | None = pydantic.Field(default=None, kw_only=True)
     thermal_expansion: Finite | None = pydantic.Field(default=None, kw_only=True)
+    thickness: Positive | None = pydantic.Field(default=None, kw_only=True)
 
     @pydantic.model_validator(mode="after")
     def _admissible(self) -> Material:

@@ -74,7 +74,7 @@ def imbalance(
     x, force = mesh.x, mesh.weight[:, None] * traction
     if body.data.point.size:
         x = np.concatenate([x, body.data.point])
-        force = np.concatenate([force, np.tensordot(shares, body.data.force, 1)])
+        force = np.concatenate([force, np.tensordot(shares, mesh.depth * body.data.force, 1)])
     if body.data.volume is not None:
         x = np.concatenate([x, mesh.x])
         force = np.concatenate(

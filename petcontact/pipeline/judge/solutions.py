@@ -11,7 +11,7 @@ from ...compliance.interface import Interface
 from ...contact.friction_law import contact_norm, lengths
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import Motions
-from ...given.posed import Obstacle
+from ...given.posed import HOLD, Obstacle
 from ...results.records import StepResult
 from ...results.report import Finding
 from ...results.solution import Solution
@@ -145,7 +145,7 @@ def _ignored(problem: PreparedProblem) -> list[Finding]:
             text = f"obstacle {obstacle.name!r} is in no contact"
             findings.append(new_finding("ignored load", text))
         if any(
-            load and motion != "free"
+            load and motion not in ("free", HOLD)
             for o in (end[k] for end in discrete.posed.obstacles_at)
             for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
         ):

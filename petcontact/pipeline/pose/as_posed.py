@@ -77,7 +77,7 @@ def _untouched(face: Interface, mesh: BoundaryMesh, spin: Axial) -> PairResult:
         zeros,
         shear,
         zeros,
-        face.gap,
+        face.gap - (0.0 if face.overlap is None else face.overlap[0]),
         shear,
         shear,
         np.full(len(zeros), OPEN),

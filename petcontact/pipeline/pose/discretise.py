@@ -32,7 +32,7 @@ from ..judge.findings import new_finding, refuse
 from ..judge.meshes import check_distances, check_meshes, check_stiffness, too_long_to_bend
 from .facing import contact_interface, facing_of, mismatch, periodic_interface
 from .interfaces import body_alone, check_parts
-from .laws import law_between, wear_between, with_law
+from .laws import Laws, laws_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
 
 POSED = ("body", "contact", "obstacle", "step")
@@ -54,7 +54,8 @@ class Discrete:
     interfaces : list of Interface
         The problem's interfaces on the meshes, in the problem's order. All hold their normals if
         none may open and no friction depends on pressure, because u_n is then known.
-    law : ContactLaw
+    laws : Laws
+        Friction in all load states.
     data : list of BoundaryData
         Known data of each body. State 0 is unloaded, state k is the end of step k.
     distance : list of float
@@ -74,7 +75,7 @@ class Discrete:
     boundaries: list[Boundary]
     meshes: list[BoundaryMesh]
     interfaces: list[Interface]
-    law: ContactLaw
+    laws: Laws
     data: list[BoundaryData]
     distance: list[float]
     wear: Array
@@ -82,6 +83,11 @@ class Discrete:
     of_meshes: list[Finding] = field(default_factory=list)
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
+
+    @property
+    def law(self) -> ContactLaw:
+        """The law at the end of the last step."""
+        return self.laws.last
 
     @property
     def sides(self) -> tuple[PosedInterface, ...]:
@@ -180,7 +186,7 @@ def discretise(
     interfaces, distance, findings = _on_meshes(problem, meshes, facings)
     findings += check_distances(problem.interfaces, boundaries, distance)
     refuse(findings)
-    interfaces, law, data = _law_and_data(problem, boundaries, meshes, interfaces, law)
+    interfaces, laws, data = _law_and_data(problem, boundaries, meshes, interfaces, law)
     data, volumes = with_volume_loads(problem.bodies, meshes, data, like)
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
     findings += [new_finding("volume loads", note) for note in notes]
@@ -195,7 +201,7 @@ def discretise(
         boundaries,
         meshes,
         interfaces,
-        law,
+        laws,
         data,
         distance,
         wear_between(problem.interfaces, interfaces, meshes),
@@ -233,28 +239,28 @@ def _law_and_data(
     meshes: list[BoundaryMesh],
     interfaces: list[Interface],
     given: Any,
-) -> tuple[list[Interface], ContactLaw, list[BoundaryData]]:
-    """Return the interfaces with their contact directions, the law, and the data of all bodies.
+) -> tuple[list[Interface], Laws, list[BoundaryData]]:
+    """Return the interfaces with their contact directions, the laws, and the data of all bodies.
 
     Raises
     ------
     InputError
         If the conditions of a body hold it at too few nodes.
     """
-    interfaces, law = with_law(given, problem.interfaces, interfaces, meshes)
+    interfaces, laws = with_law(given, problem.interfaces, interfaces, meshes)
     data = [boundary_data(*body, interfaces) for body in zip(problem.bodies, meshes, strict=True)]
-    if given is not None or not isinstance(law, Tresca):
-        return interfaces, law, data
+    if given is not None or not isinstance(laws.last, Tresca):
+        return interfaces, laws, data
     for known, mesh in zip(data, meshes, strict=True):
         check_held(known, mesh)
     motions = list(map(body_motions, boundaries, data, meshes))
     if not interfaces or not any(free.shape[2] for free in motions):
-        return interfaces, law, data
+        return interfaces, laws, data
     # the equilibrium of bodies that only contact holds is exact if all tractions are unknowns
     interfaces = [replace(interface, held=False) for interface in interfaces]
-    law = law_between(problem.interfaces, interfaces, meshes)
+    laws = laws_between(problem.interfaces, interfaces, meshes)
     data = [boundary_data(*body, interfaces) for body in zip(problem.bodies, meshes, strict=True)]
-    return interfaces, law, data
+    return interfaces, laws, data
 
 
 def meshed(

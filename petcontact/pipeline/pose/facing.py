@@ -13,7 +13,8 @@ from ...compliance.interface import Interface
 from ...errors import InputError
 from ...geometry.rotation import lifted
 from ...given.bodies import Body
-from ...given.interfaces import PosedInterface
+from ...given.interfaces import Law, PosedInterface
+from ...given.sites import Sites
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.periodic import partner_nodes
@@ -102,12 +103,22 @@ def contact_interface(
         }
     if law.gap is not None:
         gap = gap + law.gap.at(mesh.sites(nodes))
+    if any(each.interference or each.clearance for each in side.laws):
+        opposite["overlap"] = np.array([_overlap(each, mesh.sites(nodes)) for each in side.laws])
+    opposite["preloaded"] = side.preloaded
     tangent = mesh.slip_directions(normal)
     return (
         Interface(side.name, side.body, nodes, normal, tangent, gap, **opposite),
         _smallest(mesh, nodes, gap),
         list(_findings(side, mesh, facing)),
     )
+
+
+def _overlap(law: Law, sites: Sites) -> Array:
+    """Return the overlap beyond the gap that a law gives to the parts, (m,) [length]."""
+    both = (1.0, law.interference), (-1.0, law.clearance)
+    given = [sign * datum.at(sites) for sign, datum in both if datum is not None]
+    return np.asarray(sum(given, np.zeros(len(sites))))
 
 
 def _findings(side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None) -> Iterator[Finding]:

@@ -136,11 +136,13 @@ def body_alone(posed: Posed, number: int, boundary: Boundary) -> Body:
     body = posed.bodies[number]
     touching: dict[str, Contact] = {}
     for side in posed.interfaces:
-        flush = replace(side.law, gap=Number(f"{side.key}.gap", 0.0))
+        zero = Number(f"{side.key}.gap", 0.0)
+        own = side.law if side.law.gap is not None else replace(side.law, gap=zero)
+        flush = replace(own, gap=zero, interference=None, clearance=None)
         if side.primary and side.primary[0] == number:
             touching[side.primary[1]] = Contact(side.primary[1], flush)
         if side.body == number:
-            touching[side.part] = Contact(side.part, flush if side.law.gap is None else side.law)
+            touching[side.part] = Contact(side.part, own)
     # the body's own conditions come first, because messages name them by number
     conditions: list[Condition] = [
         touching.pop(c.part) if isinstance(c, Contact | Periodic) else c for c in body.boundary

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...contact.law_protocol import ContactLaw
 from ...contact.laws import STEEP, SignoriniCoulomb, Tresca
 from ...contact.methods.registry import ContactNodes, law_of
 from ...errors import InputError
-from ...given.interfaces import PosedInterface
+from ...given.interfaces import FRICTION, Law, PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 
 
@@ -23,21 +24,26 @@ def with_law(
     sides: Sequence[PosedInterface],
     interfaces: list[Interface],
     meshes: list[BoundaryMesh],
-) -> tuple[list[Interface], ContactLaw]:
-    """Return the law, and interfaces with as many contact directions as the law has components.
+) -> tuple[list[Interface], Laws]:
+    """Return the laws in all load states, and interfaces with as many contact directions as the
+    law has components.
 
     A law of the user may have the normal component.
     """
     if not interfaces:
-        return interfaces, Tresca(np.zeros(0), meshes[0].components - 1)
+        none = np.zeros((1, 0))
+        return interfaces, Laws(none, none, none[0], none[0], True, meshes[0].components)
+    laws = laws_between(sides, interfaces, meshes)
     if given is None:
-        return interfaces, law_between(sides, interfaces, meshes)
+        return interfaces, laws
+    if laws.changes:
+        raise InputError("step: a law of your own has no friction that steps change")
     nodes = _contact_nodes(sides, interfaces, meshes)
     wanted = getattr(given, "k", None) if hasattr(given, "project") else given(nodes).k
     if interfaces[0].held and wanted == meshes[0].components:
         interfaces = [replace(face, held=False) for face in interfaces]
         nodes = _contact_nodes(sides, interfaces, meshes)
-    return interfaces, law_of(given, nodes)
+    return interfaces, replace(laws, own=law_of(given, nodes))
 
 
 def _contact_nodes(
@@ -48,46 +54,114 @@ def _contact_nodes(
         np.concatenate([face.normal for face in interfaces]),
         np.concatenate([meshes[face.body].weight[face.nodes] for face in interfaces]),
         slices(interfaces),
-        law_between(sides, interfaces, meshes),
+        laws_between(sides, interfaces, meshes).last,
     )
 
 
-def law_between(
+@dataclass(frozen=True)
+class Laws:
+    """The law of friction in all load states, and in between.
+
+    Attributes
+    ----------
+    coefficient, bound : (K, M) arrays
+        Friction in each load state at the nodes of all interfaces; NaN where a bound alone is
+        given, infinite where there is no bound [-], [stress].
+    opens, absent : (M,) bool arrays
+        Whether the parts may separate, and nodes that face nothing.
+    held : bool
+        Whether all normals are held.
+    dim : int
+        Components of a displacement.
+    own : ContactLaw, optional
+        The law of the user, in all states.
+    """
+
+    coefficient: Array
+    bound: Array
+    opens: Mask
+    absent: Mask
+    held: bool
+    dim: int
+    own: ContactLaw | None = None
+
+    @functools.cached_property
+    def changes(self) -> bool:
+        """Whether steps change the friction."""
+        return any(
+            not np.array_equal(values[:1].repeat(len(values), axis=0), values, equal_nan=True)
+            for values in (self.coefficient, self.bound)
+        )
+
+    @functools.cached_property
+    def last(self) -> ContactLaw:
+        """The law at the end of the last step."""
+        return self.own or self._law(self.coefficient[-1], self.bound[-1])
+
+    def at(self, shares: Array) -> ContactLaw:
+        """Return the law between load states, whose weights are (K,)."""
+        if not self.changes:
+            return self.last
+        some = np.flatnonzero(shares)
+        return self._law(shares[some] @ self.coefficient[some], shares[some] @ self.bound[some])
+
+    def _law(self, coefficient: Array, bound: Array) -> ContactLaw:
+        if self.held:
+            return Tresca(bound, self.dim - 1)
+        steep = np.where(self.opens & (bound > 0.0) & np.isfinite(bound), STEEP, np.inf)
+        mu = np.where(np.isnan(coefficient), steep, coefficient)
+        return SignoriniCoulomb(mu, bound, self.opens, self.dim, self.absent)
+
+
+def laws_between(
     sides: Sequence[PosedInterface], interfaces: list[Interface], meshes: list[BoundaryMesh]
-) -> ContactLaw:
-    """Return the law that the config names, at the nodes of all interfaces.
+) -> Laws:
+    """Return the laws that the config names, at the nodes of all interfaces.
 
     Raises
     ------
     InputError
         If a coefficient or bound is negative.
     """
-    parts: list[tuple[Array, Array, Mask, Mask]] = []
-    for side, interface in zip(sides, interfaces, strict=True):
-        m, law, absent = len(interface.nodes), side.law, ~np.isfinite(interface.gap)
-        mu, bound = (
-            _not_negative(side, interface, meshes, key)
-            for key in ("friction_coefficient", "friction_bound")
-        )
-        if bound is None:
-            bound = np.full(m, np.inf if mu is not None or law.normal == "bonded" else 0.0)
-        bound = np.where(absent, 0.0, bound)
-        opens = np.full(m, law.normal == "unilateral")
-        steep = np.where(opens & (bound > 0.0) & np.isfinite(bound), STEEP, np.inf)
-        parts.append(
-            (
-                steep if mu is None else mu,
-                bound,
-                opens,
-                absent,
-            )
-        )
-    coefficient, bound, opens, absent = (
-        np.concatenate(values) for values in zip(*parts, strict=True)
+    absent = [~np.isfinite(interface.gap) for interface in interfaces]
+    opens = [
+        np.full(len(face.nodes), side.law.normal == "unilateral")
+        for side, face in zip(sides, interfaces, strict=True)
+    ]
+    limits = [_limits(*pair, meshes) for pair in zip(sides, interfaces, strict=True)]
+    coefficient, bound = (np.concatenate(values, axis=1) for values in zip(*limits, strict=True))
+    nowhere = np.concatenate(absent)
+    return Laws(
+        coefficient,
+        np.where(nowhere, 0.0, bound),
+        np.concatenate(opens),
+        nowhere,
+        interfaces[0].held,
+        meshes[0].components,
     )
-    if interfaces[0].held:
-        return Tresca(bound, meshes[0].components - 1)
-    return SignoriniCoulomb(coefficient, bound, opens, meshes[0].components, absent)
+
+
+def _limits(
+    side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh]
+) -> tuple[Array, Array]:
+    """Return coefficient and bound (K, m) of an interface, see `Laws`; a contact that has friction
+    in later steps only has a coefficient or a bound of 0 until then."""
+    rows: dict[Law, tuple[Array, Array]] = {}
+    for law in side.laws:
+        if law in rows:
+            continue
+        mu, bound = (_not_negative(side, interface, meshes, law, key) for key in FRICTION)
+        none = np.zeros(len(interface.nodes))
+        if not law.has_friction and side.law.has_friction:
+            mu = none if side.law.friction_coefficient is not None else None
+            bound = none if side.law.friction_bound is not None else None
+        endless = mu is not None or law.normal == "bonded"
+        rows[law] = (
+            none + np.nan if mu is None else mu,
+            none + (np.inf if endless else 0.0) if bound is None else bound,
+        )
+    coefficient, limit = zip(*(rows[law] for law in side.laws), strict=True)
+    return np.array(coefficient), np.array(limit)
 
 
 def wear_between(
@@ -101,7 +175,7 @@ def wear_between(
         If a coefficient is negative.
     """
     coefficients = [
-        _not_negative(side, face, meshes, "wear_coefficient")
+        _not_negative(side, face, meshes, side.law, "wear_coefficient")
         for side, face in zip(sides, interfaces, strict=True)
     ]
     parts = [
@@ -112,10 +186,10 @@ def wear_between(
 
 
 def _not_negative(
-    side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh], key: str
+    side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh], law: Law, key: str
 ) -> Array | None:
     """Return the values (m,) of one key of an interface's law; None if the key is not given."""
-    datum, mesh, nodes = getattr(side.law, key), meshes[side.body], interface.nodes
+    datum, mesh, nodes = getattr(law, key), meshes[side.body], interface.nodes
     if datum is None:
         return None
     values = np.asarray(datum.at(mesh.sites(nodes)))

@@ -30,7 +30,7 @@ from ...given.conditions import Condition, Displacement, Symmetry, Term
 from ...given.sites import Sites
 from ...mesh.approximation import MEAN, TOTAL, Samples, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...round_off import WRITTEN
+from ...round_off import SOLVED, WRITTEN
 
 
 def boundary_data(
@@ -38,39 +38,56 @@ def boundary_data(
     mesh: BoundaryMesh,
     interfaces: Sequence[Interface],
     step: int = 1,
+    begins: tuple[Mask | bool, Array | float] = (False, 0.0),
 ) -> BoundaryData:
     """Return the known data of a body in all load states.
 
     State 0 has zeros, state k the conditions with the changes of steps 1 to k. `step` says which
-    components of displacement and traction are known, in all states.
+    components of displacement and traction are known, in all states. `begins` says which
+    components (n, d) the step takes as they were at its begin, and their values.
 
     Raises
     ------
     InputError
         If data are not finite, or have another number of components than the body has dimensions.
     """
-    d = mesh.components
     frame, traction_known, contact, axes = _components(body, mesh, interfaces, step)
-    value = np.zeros((len(body.conditions) + 1, mesh.n_nodes, d))
-    points = _inside(np.array(body.points).reshape(-1, mesh.dim), body, mesh)
-    forces = [np.zeros((len(points), d))]
-    for state in body.forces:
-        forces.append(np.array([f.force for f in state]).reshape(-1, d))
+    value, d = _values(body, mesh, step, begins), mesh.components
+    directions = axes[:, : directions_looked_for(d, interfaces)]
+    for face in interfaces if directions.shape[1] < d else ():
+        if face.body == body.number:
+            gap = face.gap - (0.0 if face.overlap is None else face.overlap)
+            value[:, face.nodes, axes[np.searchsorted(contact, face.nodes), -1]] = gap
+    points, forces = _point_forces(body, mesh)
+    return without_rigid_motion(
+        BoundaryData(frame, traction_known, value, contact, directions, points, forces), mesh
+    )
+
+
+def _values(
+    body: Body, mesh: BoundaryMesh, step: int, begins: tuple[Mask | bool, Array | float]
+) -> Array:
+    """Return the values of all conditions in all load states, (K, n, d)."""
+    value = np.zeros((len(body.conditions) + 1, mesh.n_nodes, mesh.components))
     cache: dict[str, tuple[Any, Array]] = {}
     for s, of_step in enumerate(body.conditions, 1):
+        value[s - 1] = np.where(begins[0] & (s == step), begins[1], value[s - 1])
         for part, condition in of_step.items():
             nodes = mesh.nodes_of(part)
             if part not in cache or cache[part][0] is not condition:
                 cache[part] = condition, _nodal_values(condition, mesh, f"body {body.name!r}")
-            value[s, nodes] = cache[part][1]
-    directions = axes[:, : directions_looked_for(d, interfaces)]
-    for face in interfaces if directions.shape[1] < d else ():
-        if face.body == body.number:
-            value[:, face.nodes, axes[np.searchsorted(contact, face.nodes), -1]] = face.gap
-    return without_rigid_motion(
-        BoundaryData(frame, traction_known, value, contact, directions, points, np.array(forces)),
-        mesh,
-    )
+            before = np.array(getattr(condition, "onward", 0.0)) * value[s - 1, nodes]
+            value[s, nodes] = before + cache[part][1]
+    return value
+
+
+def _point_forces(body: Body, mesh: BoundaryMesh) -> tuple[Array, Array]:
+    """Return the points (f, d) where forces act, and the forces in all load states (K, f, d)."""
+    points = _inside(np.array(body.points).reshape(-1, mesh.dim), body, mesh)
+    forces = [np.zeros((len(points), mesh.components))]
+    for state in body.forces:
+        forces.append(np.array([f.force for f in state]).reshape(-1, mesh.components))
+    return points, np.array(forces) / mesh.depth
 
 
 def _components(
@@ -165,20 +182,25 @@ def _data_from(
 ) -> BoundaryData:
     """Return the data from a step on, after the step before ended with u and traction (n, d).
 
-    They are the old data if the same components are known. A component that was free and is now
-    held starts from its displacement. A component that was held and is now free starts from its
-    traction.
+    They are the old data if the same components are known, and components that go on from where
+    they are begin there. A component that was free and is now held starts from its displacement. A
+    component that was held and is now free starts from its traction.
     """
-    if np.array_equal(_components(body, mesh, interfaces, step)[1], old.traction_known):
-        return old
-    new = boundary_data(body, mesh, interfaces, step)
-    u, traction = (np.einsum("icj,ij->ic", new.frame, field) for field in end)
-    start = np.where(new.traction_known, traction, u)
-    start[new.contact_nodes[:, None], new.contact_directions] = 0.0
-    new.value[step - 1] = np.where(
-        new.traction_known == old.traction_known, new.value[step - 1], start
-    )
-    return replace(new, volume=old.volume)
+    frame, known, contact, axes = _components(body, mesh, interfaces, step)
+    onward = np.zeros_like(known)
+    for part, condition in body.conditions[step - 1].items():
+        onward[mesh.nodes_of(part)] = getattr(condition, "onward", False)
+    u, traction = (np.einsum("icj,ij->ic", frame, field) for field in end)
+    start = np.where(known, traction, u)
+    start[contact[:, None], axes[:, : old.contact_directions.shape[1]]] = 0.0
+    if np.array_equal(known, old.traction_known):
+        before = old.known_displacement[step - 1]
+        before = before if old.rigid is None else before + old.rigid[step - 1]
+        off = np.abs(before - u)[onward].max(initial=0.0)
+        if off <= SOLVED * np.abs(u[onward]).max(initial=0.0):
+            return old
+    begins = (known != old.traction_known) | onward, start
+    return replace(boundary_data(body, mesh, interfaces, step, begins), volume=old.volume)
 
 
 def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:

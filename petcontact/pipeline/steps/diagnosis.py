@@ -37,7 +37,7 @@ def _unbalanced(increment: Increment) -> Array | None:
 
     It is None if tractions hold the loads, either at the nodes or at the corners of elements.
     """
-    modes, law = increment.system.modes, increment.problem.discrete.law
+    modes, law = increment.system.modes, increment.law
     push = unbalanced_load(modes, law, costs=_costs(increment))
     if push is None or unbalanced_load(modes, law, forces_at_corners(increment)) is None:
         return None
@@ -66,7 +66,7 @@ def second_solution(increment: Increment, outcome: ContactState) -> list[Finding
     Source: A. Klarbring, Examples of non-uniqueness and non-existence of solutions to quasistatic
     contact problems with friction, Ing.-Archiv 60 (1990) 529.
     """
-    system, law = increment.system, increment.problem.discrete.law
+    system, law = increment.system, increment.law
     added, free = (
         np.abs(outcome.v - system.u_0).max(initial=0.0),
         np.abs(system.u_0).max(initial=0.0),
@@ -85,7 +85,7 @@ def second_solution(increment: Increment, outcome: ContactState) -> list[Finding
 def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Finding]:
     """Find motions at the end of a step that closed and sticking nodes hardly resist, or not at
     all."""
-    modes, law = increment.system.modes, increment.problem.discrete.law
+    modes, law = increment.system.modes, increment.law
     if modes is None or increment.target < 1.0 or not outcome.converged:
         return []
     # v alone may be round-off of an iteration
@@ -118,8 +118,8 @@ def _named(increment: Increment, loose: Array) -> str:
     posed, owners = problem.discrete.posed, list[str]()
     for body, eliminated in zip(posed.bodies, system.bodies, strict=True):
         owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
-    for obstacle, motion in zip(posed.obstacles, increment.obstacles, strict=True):
-        owners += [f"obstacle {obstacle.name!r}"] * int(motion.free.sum())
+    for mover, motion in zip(problem.movers, increment.obstacles, strict=True):
+        owners += [mover] * int(motion.free.sum())
     names = list(
         dict.fromkeys(owner for owner, part in zip(owners, share, strict=True) if part > 1e-6)
     )
@@ -151,7 +151,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if push is None:
         return f"{outcome.reason}{where}"
     name, way = _pushed(increment, push)
-    if unbalanced_load(system.modes, problem.discrete.law) is not None:
+    if unbalanced_load(system.modes, increment.law) is not None:
         return (
             f"did not converge{where}: the load {way.replace('it', name, 1)}, which forces at the "
             f"corners of elements can hold and forces at their nodes cannot; smaller elements may"
@@ -221,8 +221,9 @@ def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
         taken += len(names)
         if np.abs(own_push).max(initial=0.0) > worst:
             worst = float(np.abs(own_push).max())
-            name = f"obstacle {posed.obstacles[k].name!r}"
+            name = increment.problem.movers[k]
             way = f"pushes it {names[np.argmax(np.abs(own_push))]}"
+            way = way if k < len(posed.obstacles) else "exceeds it"
     return name, way
 
 

@@ -53,7 +53,7 @@ def touching(increment: Increment) -> float:
 
 def _residual(increment: Increment, outcome: ContactState, after: object) -> tuple[float, float]:
     """Return ‖R_ρ‖ [stress] and ‖R_ρ/ρ‖ [length] of an outcome, with the balanced ρ."""
-    system, law = increment.system, increment.problem.discrete.law
+    system, law = increment.system, increment.law
     rho = balanced(law, system, outcome.v, outcome.sigma)[0]
     residual = law_residual(law, outcome.v, outcome.sigma, rho)
     return contact_norm(residual, system.weight), contact_norm(residual / rho, system.weight)
@@ -62,9 +62,7 @@ def _residual(increment: Increment, outcome: ContactState, after: object) -> tup
 def _dissipated(increment: Increment, outcome: ContactState, after: object) -> float:
     """Return the energy that an outcome dissipates in its increment."""
     slip = outcome.v[:, : increment.problem.system.components - 1]
-    density = dissipation(
-        increment.problem.discrete.law, increment.before.sigma, outcome.sigma, slip
-    )[0]
+    density = dissipation(increment.law, increment.before.sigma, outcome.sigma, slip)[0]
     return float(increment.problem.system.weight @ density)
 
 

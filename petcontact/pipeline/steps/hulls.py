@@ -24,7 +24,7 @@ def forces_at_corners(increment: Increment) -> Forces | None:
     corners have its resultant and its moment on a straight element. Limits are convex, and so these
     forces keep to them with the area that belongs to each corner.
     """
-    problem, modes, law = increment.problem, increment.system.modes, increment.problem.discrete.law
+    problem, modes, law = increment.problem, increment.system.modes, increment.law
     system = problem.system
     if modes is None or not isinstance(law, LimitedLaw) or system.k < system.components:
         return None

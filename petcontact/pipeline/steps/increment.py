@@ -11,15 +11,18 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...compliance.bodies import BodiesSystem
+from ...compliance.interface import Interface
 from ...contact.active_set.block_factors import BlockFactors
 from ...contact.criterion import Criterion, displaced_by
 from ...contact.iteration import ContactMethod, Iteration
+from ...contact.law_protocol import ContactLaw
 from ...contact.methods.starts import stuck_everywhere
 from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...geometry.rotation import Motions
-from ...given.posed import WHOLE_LOAD, Obstacle, Step
+from ...given.interfaces import Law, PosedInterface
+from ...given.posed import HOLD, WHOLE_LOAD, Obstacle, Step
 from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
 from ..judge.between_nodes import Sampling, places_between
 from ..pose.discretise import Discrete
@@ -36,7 +39,8 @@ HALVINGS = 8
 
 @dataclass
 class ObstacleMotion:
-    """The q motions of one obstacle in a step, each of them given, or free under a load.
+    """The q motions of one obstacle in a step, each of them given, or free under a load; or the
+    overlap of a preloaded interface, as the first of them.
 
     Attributes
     ----------
@@ -57,10 +61,24 @@ class ObstacleMotion:
         """Return the motion from the state of an obstacle to what the step asks for."""
         wanted, load = obstacle.motions(motions), np.array(obstacle.loads(motions))
         free = np.array([value == "free" for value in wanted])
-        end = np.array([0.0 if value == "free" else float(value) for value in wanted])
-        return cls(
-            free, np.array([state.positions[number], end]), np.array([state.loads[number], load])
+        start, by = state.positions[number], obstacle.moved_by(motions)
+        end = np.array(
+            [
+                old + way if value == HOLD else 0.0 if value == "free" else float(value)
+                for value, old, way in zip(wanted, start, by, strict=True)
+            ]
         )
+        return cls(free, np.array([start, end]), np.array([state.loads[number], load]))
+
+    @classmethod
+    def from_law(cls, law: Law, state: IncrementState, number: int) -> ObstacleMotion:
+        """Return the change of the overlap of an interface: free under a preload, else locked."""
+        start, load = state.positions[number], state.loads[number]
+        free = np.zeros(len(start), dtype=bool)
+        force = np.zeros(len(start))
+        if isinstance(law.preload, float):
+            free[0], force[0] = True, law.preload * (-1.0 if law.normal == "bonded" else 1.0)
+        return cls(free, np.array([start, start]), np.array([load, force]))
 
     def position_and_load(self, factor: float) -> tuple[Array, ...]:
         """Return position and load at a load factor of the step."""
@@ -162,11 +180,10 @@ class PreparedProblem:
         ]
         return np.concatenate([np.zeros(0), *(np.linalg.norm(each, axis=1) for each in apart)])
 
-    def resisted(self, modes: Modes) -> Modes:
+    def resisted(self, modes: Modes, law: ContactLaw) -> Modes:
         """Return the modes without those that only errors of normals resist."""
         if not len(modes.load) or not self.normal_error.any():
             return modes
-        law = self.discrete.law
         stuck = law.linearise(stuck_everywhere(modes.motion[:, :, 0], law))
         return modes.beyond_errors(stuck, self.system.weight, self.normal_error)
 
@@ -197,10 +214,30 @@ class PreparedProblem:
         """The steps of the config; without any, one step to all loads."""
         return self.discrete.posed.steps or (WHOLE_LOAD,)
 
+    @functools.cached_property
+    def preloaded(self) -> list[PosedInterface]:
+        """The interfaces whose overlap follows from a force, in some step."""
+        return [side for side in self.discrete.sides if side.preloaded]
+
+    def mover(self, name: str) -> int:
+        """Return the number of a preloaded interface among the obstacles and these."""
+        names = [side.name for side in self.preloaded]
+        return len(self.discrete.posed.obstacles) + names.index(name)
+
+    @property
+    def movers(self) -> list[str]:
+        """Names of what has motions of its own: obstacles, then preloaded interfaces."""
+        obstacles = [f"obstacle {o.name!r}" for o in self.discrete.posed.obstacles]
+        return obstacles + [f"the preload of {side.name!r}" for side in self.preloaded]
+
     def motions(self, number: int, state: IncrementState) -> list[ObstacleMotion]:
-        """Return the motion of each obstacle from its state to the end of step `number`."""
+        """Return the motion of each obstacle, and the overlap of each preloaded interface, from its
+        state to the end of step `number`."""
         kind, obstacles = self.system.motions, self.discrete.posed.obstacles_at[number]
-        return [ObstacleMotion.from_obstacle(o, state, k, kind) for k, o in enumerate(obstacles)]
+        motions = [ObstacleMotion.from_obstacle(o, state, k, kind) for k, o in enumerate(obstacles)]
+        for side in self.preloaded:
+            motions.append(ObstacleMotion.from_law(side.laws[number], state, len(motions)))
+        return motions
 
     def begun(self) -> IncrementState:
         """Return the unloaded state, before the first increment."""
@@ -284,6 +321,11 @@ class Increment:
         return shares
 
     @functools.cached_property
+    def law(self) -> ContactLaw:
+        """The law at this load factor."""
+        return self.problem.discrete.laws.at(self.shares)
+
+    @functools.cached_property
     def system(self) -> ContactSystem:
         """v = u_0 + S σ + M α, E σ + f = 0 with the slip since the increment before, and the
         gap."""
@@ -310,7 +352,7 @@ class Increment:
         size = (np.abs(u_0) + np.abs(shift)).max(axis=1, keepdims=True, initial=0.0)
         together = np.where(np.abs(u_0 + shift) > ROUNDED * size, u_0 + shift, 0.0)
         return system.increment_system(
-            together, self.problem.resisted(rigid), self.shares, self.layer
+            together, self.problem.resisted(rigid, self.law), self.shares, self.layer
         )
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
@@ -346,9 +388,7 @@ class Increment:
             self.problem.block_factors,
         )
         try:
-            return self._without_round_off(
-                self.problem.method(self.system, self.problem.discrete.law, iteration)
-            )
+            return self._without_round_off(self.problem.method(self.system, self.law, iteration))
         except SolverError as error:
             if not last:
                 raise
@@ -432,6 +472,12 @@ class Increment:
             feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
             loads[k] = np.where(motion.free, load, -feels)
         return positions, loads
+
+
+def given_overlap(face: Interface, shares: Array) -> float:
+    """Return the largest overlap that is given to an interface, beside that of its preload, at
+    weights of the load states (K,) [length]."""
+    return 0.0 if face.overlap is None else float((shares @ face.overlap).max(initial=-np.inf))
 
 
 def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:

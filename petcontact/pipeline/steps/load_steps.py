@@ -23,7 +23,7 @@ from ..pose.load_states import later_data
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced
 from .halves import PATH_ERROR, Halves, touching
-from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedProblem
+from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedProblem, given_overlap
 from .outcome import step_result
 from .wear import Tried, with_wear
 
@@ -273,17 +273,40 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         gap = np.concatenate([pair.gap for pair in pairs])
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
         sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])
-    poses = [done[-1].obstacles[o.name] for o in problem.discrete.posed.obstacles]
+    positions, loads = _places(problem, done[-1])
     worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
     return IncrementState(
         slip,
         (v, sigma),
         done[-1].alpha,
-        _each([(pose.displacement, pose.rotation) for pose in poses], system.motions),
-        _each([(pose.force, pose.moment) for pose in poses], system.motions),
+        positions,
+        loads,
         sigma,
         np.concatenate(worn),
     )
+
+
+def _places(problem: PreparedProblem, done: StepResult) -> tuple[Array, Array]:
+    """Return positions and loads (o, q) of the obstacles, then overlaps and forces of preloads."""
+    motions = problem.system.motions
+    poses = [done.obstacles[o.name] for o in problem.discrete.posed.obstacles]
+    pressed = np.array([_preload(problem, done, side.name) for side in problem.preloaded])
+    ends = np.zeros((2, len(pressed), motions.components))
+    ends[:, :, 0] = pressed.reshape(-1, 2).T
+    return (
+        np.vstack([_each([(p.displacement, p.rotation) for p in poses], motions), ends[0]]),
+        np.vstack([_each([(p.force, p.moment) for p in poses], motions), ends[1]]),
+    )
+
+
+def _preload(problem: PreparedProblem, done: StepResult, name: str) -> tuple[float, float]:
+    """Return the overlap that the preload of an interface has brought about, and the force."""
+    face = next(face for face in problem.system.interfaces if face.name == name)
+    shares = np.zeros(len(problem.system.base))
+    shares[done.step - 1 if done.origin is None else done.origin] += 1.0 - done.load_factor
+    shares[done.step] += done.load_factor
+    pair = done.pairs[name]
+    return pair.overlap - given_overlap(face, shares), float(pair.weight @ pair.pressure)
 
 
 def _each(vectors: Sequence[tuple[Array, Axial]], motions: Motions) -> Array:

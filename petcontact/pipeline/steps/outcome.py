@@ -23,7 +23,7 @@ from ..judge.increments import BLOCKS, imbalance, increment_findings
 from ..judge.overlaps import Overlap, overlaps
 from ..judge.warnings import absurd, rolled_off
 from .diagnosis import failure, second_solution, unheld_at_the_end, zero_energy_motions
-from .increment import Increment, IncrementState
+from .increment import Increment, IncrementState, given_overlap
 
 Fields = list[tuple[Array, Array]]
 """u [length] and traction [stress] on the boundary of each body, (n, d)."""
@@ -57,7 +57,7 @@ def step_result(
         [limit_of("elastic residual"), *(BLOCKS * body.tolerance for body in system.bodies)]
     )
     tangential, *normal = natural_residuals(
-        discrete.law, increment.system, outcome.v, outcome.sigma, system.slices
+        increment.law, increment.system, outcome.v, outcome.sigma, system.slices
     )
     residuals = {
         "normal": max(normal, default=0.0),
@@ -70,7 +70,7 @@ def step_result(
     overlap = overlaps(
         system,
         increment.system,
-        discrete.law,
+        increment.law,
         problem.places,
         outcome,
         closed=increment.target == 1.0,
@@ -104,7 +104,7 @@ def step_result(
         after.alpha,
         float(np.max(outcome.rho)),
         contact_norm(
-            law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight
+            law_residual(increment.law, outcome.v, outcome.sigma, outcome.rho), system.weight
         ),
         outcome.history,
         increment.cycle,
@@ -144,7 +144,7 @@ def _obstacles(increment: Increment, after: IncrementState) -> dict[str, Obstacl
     d, obstacles = increment.problem.system.components, increment.problem.discrete.posed.obstacles
     return {
         obstacle.name: ObstacleResult(position[:d], axial(position[d:]), load[:d], axial(load[d:]))
-        for obstacle, position, load in zip(obstacles, after.positions, after.loads, strict=True)
+        for obstacle, position, load in zip(obstacles, after.positions, after.loads, strict=False)
     }
 
 
@@ -171,7 +171,7 @@ def _findings(
         text = f"check: elastic residual {elastic:.1e} > {limit:g}"
         advice = _remedy(increment)
         return [new_finding("elastic residual", text, advice=advice, measured=elastic, limit=limit)]
-    excess = bound_excess(increment.problem.discrete.law, outcome.sigma)
+    excess = bound_excess(increment.law, outcome.sigma)
     if not excess <= WITHIN:
         text = f"tractions exceed what contact allows by {excess:.1e} of the bound"
         return [new_finding("friction bound", text, measured=excess, limit=WITHIN)]
@@ -269,7 +269,7 @@ def _pairs(
 ) -> dict[str, PairResult]:
     """Return the results of all interfaces by their names."""
     problem, names = increment.problem, list(bodies)
-    law, system = problem.discrete.law, problem.system
+    law, system = increment.law, problem.system
     bound = friction_bound(law, outcome.sigma)
     slips = outcome.v[:, : system.components - 1]
     energy = dissipation(law, increment.before.sigma, outcome.sigma, slips, bound)
@@ -326,7 +326,16 @@ def _pair(
         *_on_primary(increment, face, traction),
         None if shares is None else after.worn[where, None] * shares,
         functools.partial(problem.errors[number], pressure, sigma_t, states),
+        _overlap(increment, after, face),
     )
+
+
+def _overlap(increment: Increment, after: IncrementState, face: Interface) -> float:
+    """Return the largest overlap that an interface was given [length]."""
+    own = 0.0
+    if face.preloaded:
+        own = float(after.positions[increment.problem.mover(face.name), 0])
+    return own + given_overlap(face, increment.shares)
 
 
 def _on_primary(

@@ -27,7 +27,7 @@ TIED = 0.8
 
 def element_sizes(mesh: BoundaryMesh) -> Array:
     """Return the lengths of elements, in space the roots of their areas, (n_elements,) [length]."""
-    return np.asarray(np.bincount(mesh.element, mesh.weight) ** (1.0 / (mesh.dim - 1)))
+    return np.asarray(np.bincount(mesh.element, mesh.weight / mesh.depth) ** (1.0 / (mesh.dim - 1)))
 
 
 def largest(square: Array, share: float) -> Mask:

@@ -133,7 +133,7 @@ def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: 
     demand_range(arrays["state"], 3, f"{name}/state")
     for key, values in arrays.items():
         fits = np.shape(values) == shapes.get(key, (m,))
-        whole = key.startswith(("force", "moment", "dissipated", "errors"))
+        whole = key.startswith(("force", "moment", "dissipated", "errors", "overlap"))
         demand(
             fits or whole or values is None,
             f"{name}/{key} has shape {np.shape(values)}, not {shapes.get(key, (m,))}",

@@ -50,7 +50,7 @@ def reaction_lines(tell: Teller) -> list[str]:
         held = [item for each in at for item in _reaction(tell, each)]
         left = float(step.residuals.get("equilibrium", np.nan))
         if held and np.isfinite(left):
-            held.append(f"sum of all forces 0 to {left:.0e} of their sizes")
+            held += [f"sum of all forces 0 to {left:.0e} of their sizes", *tell.of_forces]
         lines += wrapped(f"  reactions{after}: ", held) if held else []
     return [*lines, *_displaced(tell)]
 

@@ -26,6 +26,8 @@ class Teller:
     numbers : dict of Number by key
     some : bool
         Whether the error of any number is known.
+    of_forces : list of str
+        Whether forces are per length or whole, of plane bodies.
     axial : bool
         Whether the bodies are those of revolution, whose vectors are told along the axis.
     size : float
@@ -42,7 +44,9 @@ class Teller:
         self.some = any(0.0 < number.error < np.inf for number in self.numbers.values())
         self.axial = solution.problem.symmetry == "axial"
         self.size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
-        self.power = next(iter(solution.meshes.values())).weight_power
+        mesh = next(iter(solution.meshes.values()))
+        self.power = mesh.weight_power
+        self.of_forces = [f"forces are {mesh.of_forces}"] * bool(mesh.of_forces)
         self.ends = list({(step.step, step.cycle): step for step in solution.steps}.values())
 
     def unit(self, kind: str) -> str:
