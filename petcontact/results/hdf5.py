@@ -30,7 +30,6 @@ from .format.checks import (
 )
 from .format.container import opened, write_atomically
 from .format.descriptions import FIELDS
-from .format.format1 import read_format1
 from .format.numbers import read_numbers, write_numbers
 from .format.report import read_report, write_findings
 from .format.wear import read_wear, write_wear
@@ -296,10 +295,10 @@ def _read_group(group: Any, source: str) -> SolutionData:
         version = attributes.get("format_version")
         if attributes.get("format") != FORMAT:
             raise ResultError(f"{source}: not a result of petcontact")
-        if version not in (1, 2, FORMAT_VERSION):
+        if version != FORMAT_VERSION:
             raise ResultError(f"{source}: format version {version}, this is {FORMAT_VERSION}")
         check_group(group, source)
-        return (read_format1 if version == 1 else _read)(group, attributes, source)
+        return _read(group, attributes, source)
     except ResultError:
         raise
     except Exception as error:  # whatever damaged bytes make of h5py and numpy
@@ -309,10 +308,7 @@ def _read_group(group: Any, source: str) -> SolutionData:
 
 
 def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
-    """Read a group of format 3 or 2.
-
-    Format 2 lacks ρ and its residual, and lists groups by the alphabet.
-    """
+    """Return the solution that a checked group holds."""
     problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
     meshes = {
         body.name: read_mesh(group[f"bodies/{body.name}/mesh"], source) for body in problem.body
@@ -356,11 +352,9 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
 
 
 def _read_history(rows: dict[str, Any], increment: int) -> History:
-    """Return the iterations of one increment; files of 0.2.0 have none."""
-    if "increment" not in rows:
-        return History()
+    """Return the iterations of one increment."""
     rows_of = rows["increment"] == increment
-    exchanged = rows["exchanged"][rows_of] if "exchanged" in rows else np.empty(0, dtype=int)
+    exchanged = rows["exchanged"][rows_of]
     return History(
         **{key: rows[key][rows_of].tolist() for key in COLUMNS},
         exchanged=exchanged[exchanged >= 0].tolist(),
@@ -403,8 +397,8 @@ def _read_step(place: Any, history: History) -> StepResult:
         bodies,
         obstacles,
         place["alpha"][()],
-        float(facts.get("rho", np.nan)),
-        float(facts.get("residual", np.nan)),
+        float(facts["rho"]),
+        float(facts["residual"]),
         history,
         int(facts.get("cycle", 0)),
         int(facts["origin"]) if "origin" in facts else None,

@@ -9,15 +9,6 @@ from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 
 T = TypeVar("T")
-OLD_NAMES = {
-    "wanted": "accuracy",
-    "error": "estimated_error",
-    "unknown": "error_unknown",
-    "resultants": "resultant_error",
-    "with_ends": "error_with_ends",
-    "elements": "levels",
-}
-"""Keys that files of 0.2.0 have for fields of `Accuracy`, where the two differ."""
 
 
 @dataclass(frozen=True)
@@ -158,11 +149,6 @@ def as_json(record: Accuracy | Provenance) -> str:
 
 
 def from_table(kind: type[T], table: Mapping[str, Any]) -> T:
-    """A record from a table, which may hold other entries and names of files of 0.2.0."""
-    given = {
-        each.name: table[key]
-        for each in fields(kind)  # type: ignore[arg-type]
-        for key in (each.name, OLD_NAMES.get(each.name, ""))
-        if key in table
-    }
-    return kind(**given)
+    """A record from a table, which may hold other entries."""
+    names = [each.name for each in fields(kind)]  # type: ignore[arg-type]
+    return kind(**{name: table[name] for name in names if name in table})

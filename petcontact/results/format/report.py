@@ -31,11 +31,7 @@ def write_findings(group: Any, findings: Sequence[Finding]) -> None:
 def read_report(
     group: Any, attributes: Mapping[str, Any], source: str
 ) -> tuple[Accuracy, Provenance, tuple[Finding, ...]]:
-    """What a file reports of its solve; files of 0.2.0 have one table "info" for all of it."""
-    if "info" in attributes:
-        table = read_table(attributes["info"], f"{source}: info")
-        told = [Finding("warning", "warning", str(text)) for text in table.get("warnings", [])]
-        return from_table(Accuracy, table), from_table(Provenance, table), tuple(told)
+    """Return what a file reports of its solve."""
     accuracy, provenance = (
         read_table(attributes[key], f"{source}: {key}") for key in ("accuracy", "provenance")
     )
