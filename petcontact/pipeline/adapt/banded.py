@@ -82,7 +82,7 @@ class Bands:
             for side in posed.interfaces
             if side.law.normal == "unilateral" and all(ends.count(end) == 1 for end in side.ends)
         ]
-        self._long = dict[str, _Long]()
+        self._long = dict[str, _Long | None]()
         self.level = dict[str, int]()
         self._start, self._made = 0, dict[str, int]()
 
@@ -123,9 +123,7 @@ class Bands:
                     continue
                 if self._made.get(side.name, 0) < 2:
                     return np.inf
-                weight = errors.weight(side, new) * self._long[side.name].away(
-                    new.pairs[side.name].x
-                )
+                weight = errors.weight(side, new) * self._of(side).away(new.pairs[side.name].x)
                 worst = max(worst, _difference((before, old), (after, new), side, weight))
         return LEFT * worst
 
@@ -141,7 +139,7 @@ class Bands:
             v.append(np.zeros((len(x), problem.system.k)))
             v[-1][:, -1] = 1.0
             if side.name in self.level:
-                long = self._long[side.name]
+                long = self._of(side)
                 v[-1][:, -1] = np.where(long.band.holds(long.charts[0].local(x)), 1.0, -1.0)
         return np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))
 
@@ -152,28 +150,43 @@ class Bands:
         completed: Completed,
         solution: Solution | None = None,
     ) -> list[SurfaceMesh]:
-        """Return meshes with one line more in each band, or none if no band is new."""
+        """Return meshes with one line more in each band, or none if no band is new.
+
+        First bands that cost too much have two lines less: the next ones then cost less, too, and
+        show the error.
+        """
+        while True:
+            made, levels = self._one_more(meshes, forces, solution)
+            grown = [name for name, level in levels.items() if level != self.level.get(name)]
+            made = completed(made) if grown else []
+            if made:
+                self._made |= {name: self._made.get(name, 0) + 1 for name in grown}
+                self.level = levels
+            if made or not grown or self.level or not self._start:
+                return made
+            self._start = max(self._start - 2, 0)
+
+    def _one_more(
+        self,
+        meshes: Sequence[SurfaceMesh],
+        forces: Mapping[str, float],
+        solution: Solution | None,
+    ) -> tuple[list[SurfaceMesh], dict[str, int]]:
+        """Return meshes with one line more in each band, and the numbers of lines."""
         made, levels = [*meshes], dict(self.level)
         for side in self._sides:
-            if not forces.get(side.name, 0.0) > 0.0:
+            level = self.level.get(side.name, self._start - 1) + 1
+            if level >= LEVELS or not forces.get(side.name, 0.0) > 0.0:
                 continue
             long = self._known(side, forces[side.name])
-            level = self.level.get(side.name, self._start - 1) + 1
-            if long is None or level >= LEVELS:
+            if long is None:
                 continue
             if solution is not None and side.name in self.level:
                 long = replace(long, band=followed(long, solution))
             new = self._on_both(made, long, level)
             if new is not None:
                 made, levels[side.name], self._long[side.name] = new, level, long
-        if levels == self.level:
-            return []
-        made = completed(made)
-        if made:
-            grown = [name for name, level in levels.items() if level != self.level.get(name)]
-            self._made |= {name: self._made.get(name, 0) + 1 for name in grown}
-            self.level = levels
-        return made
+        return made, levels
 
     def _on_both(
         self, meshes: list[SurfaceMesh], long: _Long, level: int
@@ -206,12 +219,16 @@ class Bands:
         across = np.where(turned[:, None] > 0.0, across, -across)
         return [band, replace(band, points=places, across=across)]
 
+    def _of(self, side: PosedInterface) -> _Long:
+        """Return a long contact that has a band."""
+        long = self._long[side.name]
+        assert long is not None
+        return long
+
     def _known(self, side: PosedInterface, force: float) -> _Long | None:
+        """Return what is expected of a contact, looked for once; None if it is not long."""
         if side.name not in self._long:
-            long = self._expected(side, force)
-            if long is None:
-                return None
-            self._long[side.name] = long
+            self._long[side.name] = self._expected(side, force)
         return self._long[side.name]
 
     def _expected(self, side: PosedInterface, force: float) -> _Long | None:

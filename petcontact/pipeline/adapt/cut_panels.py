@@ -43,7 +43,7 @@ class CutPanels:
     def __init__(self, posed: Posed) -> None:
         self.wanted, self.asked = self.accuracy, False
         self._posed, self._sides = posed, posed.interfaces
-        self._motions = 0
+        self._motions, self._refused = 0, ""
         self._last: Solution | None = None
         self._first = FirstMeshes(posed)
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
@@ -56,7 +56,8 @@ class CutPanels:
             meshes = self._cut(
                 meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
             )[0]
-        return [] if self._too_much(solution, meshes) else meshes
+        self._refused = self._too_much(solution, meshes)
+        return [] if self._refused else meshes
 
     def _cut(
         self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]

@@ -137,12 +137,17 @@ class PanelTails(CutPanels):
         self._refine(errors, list(along), raised)
 
     def _follows(self, solution: Solution) -> bool:
-        """Make the next meshes with rings along contact edges; return whether there are such
-        meshes."""
+        """Make the next meshes with bands or rings along contact edges.
+
+        Return whether there are such meshes, or none that the budget allows.
+        """
         completed = functools.partial(self._completed, solution=solution)
         plain = [self._first.plain[b] for b in range(len(self._posed.bodies))]
         if banded := self._bands.next(solution, plain, completed):
             self._meshes = [*banded]
+            return True
+        if self._bands.level and self._refused:  # halving such panels costs more than a band
+            self.exhausted = self._refused
             return True
         small = {
             side.name: zone_about(expected)
