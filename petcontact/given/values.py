@@ -185,10 +185,20 @@ class Expression(Given):
 
 
 class Function(Given):
-    """A function of Python whose parameters are some of the names of `Sites`."""
+    """A function of Python whose parameters are some of the names of `Sites`; others have a
+    default, which they keep.
+
+    >>> import numpy as np
+    >>> steep = Function("gap", lambda x, slope=2.0: slope * x)
+    >>> steep.at(Sites(np.array([[3.0, 0.0]]))).tolist()
+    [6.0]
+    """
 
     def values(self, sites: Sites) -> Array:
-        names, known = list(inspect.signature(self.source).parameters), sites.names
+        known = sites.names
+        parameters = inspect.signature(self.source).parameters.values()
+        # others keep their defaults, as of lambda x, spline=spline: spline(x)
+        names = [p.name for p in parameters if p.default is p.empty or p.name in known]
         unknown = [name for name in names if name not in known]
         if unknown:
             raise InputError(

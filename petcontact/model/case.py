@@ -15,6 +15,7 @@ from ..given.tables.base import Model, parse
 from ..given.tables.solver_options import Bem, MeshOptions, Method
 from ..runtime.file_kinds import known_kind
 from .problem import OneBody, Problem
+from .variables import with_values
 
 LARGEST_FILE = 4_000_000
 DEEPEST = 16
@@ -129,7 +130,7 @@ def parse_problem(
     """A problem from plain data; files that it names are taken relative to `folder`."""
     for key, value in overrides.items():
         set_key(data, whole_key(key), value, source)
-    data = _found_in(data, folder)
+    data = _found_in(with_values(data, (Problem, OneBody), source), folder)
     if isinstance(data.get("body"), list):
         data["body"] = [
             _found_in(body, folder) if isinstance(body, dict) else body for body in data["body"]

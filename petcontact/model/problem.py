@@ -19,7 +19,7 @@ from ..geometry.surface import Boundary
 from ..given import bodies as given_bodies
 from ..given.interfaces import PosedInterface
 from ..given.posed import Posed
-from ..given.tables.base import Model
+from ..given.tables.base import Finite, Model
 from ..given.tables.material import Material
 from ..given.tables.solver_options import Bem, MeshOptions, Method, Options
 from ..given.tables.units import Units
@@ -67,6 +67,9 @@ class Setting(Model):
         third component, round the axis by the right-hand rule about +z.
     units : Units
         Names of the units, for figures and files.
+    variables : dict of name to float
+        Lengths, moduli, angles by name. In a file any number may be an expression of them, as
+        "2*t + 1", and sweeps vary "variables.t".
     obstacle : list of Obstacle
         Rigid bodies.
     contact : list of Pair
@@ -87,6 +90,7 @@ class Setting(Model):
     title: str = ""
     symmetry: Literal["plane", "axial"] | None = pydantic.Field(default=None, kw_only=True)
     units: Units = Units.model_construct()
+    variables: dict[str, Finite] = {}  # noqa: RUF012 (pydantic copies it)
     obstacle: tuple[Obstacle, ...] = ()
     contact: tuple[Pair, ...] = ()
     step: tuple[Step, ...] = ()

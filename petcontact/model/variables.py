@@ -1,0 +1,97 @@
+"""Variables of a config: numbers by name, of which any number of the file may be an expression."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..given.expressions import FUNCTIONS, parse_expression, plain_value
+from ..given.tables.base import WORD
+from ..given.tables.model_tree import models_below
+
+TAKEN = frozenset(("x", "y", "z", "nx", "ny", "nz", "s", "pi", "e", *FUNCTIONS))
+"""Names that expressions know already."""
+WORDS = re.compile(r"[^\W\d]\w*")
+
+
+def with_values(data: dict[str, Any], models: tuple[Any, ...], source: str) -> dict[str, Any]:
+    """Return plain data whose numbers are no expressions of variables any more.
+
+    Parameters
+    ----------
+    data : dict
+        A config with the table "variables", numbers or expressions of those before them.
+    models : tuple of models
+        What the config may be: keys that take no number stay as they are.
+    source : str
+        Named in errors.
+
+    Raises
+    ------
+    InputError
+        If a variable has no name that expressions can use, or no value.
+    """
+    given, values = data.get("variables"), dict[str, float]()
+    if not isinstance(given, dict):
+        return data
+    for name, value in given.items():
+        key = f"{source}: variables.{name}"
+        if not re.fullmatch(WORD, name) or "." in name or name in TAKEN:
+            raise InputError(f"{key}: must be a word that expressions do not know yet")
+        value = _replaced(value, values) if isinstance(value, str) else value
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise InputError(f"{key}: must be a number or an expression of those before it")
+        values[name] = value
+    keys = _numeric(models)
+    rest = {key: value for key, value in data.items() if key != "variables"}
+    return {**_walked(rest, values, keys), "variables": values}
+
+
+@functools.cache
+def _numeric(models: tuple[Any, ...]) -> frozenset[str]:
+    """Keys that take a number, alone or in arrays and tables."""
+    return frozenset(
+        name
+        for root in models
+        for model in models_below(root)
+        for name, field in model.model_fields.items()
+        if re.search(r"\b(float|int|Callable)\b", str(field.annotation))
+    )
+
+
+def _walked(table: Any, values: Mapping[str, float], keys: frozenset[str]) -> Any:
+    """The data with the values of expressions; `keys` are those that take numbers."""
+    if isinstance(table, list):
+        return [_walked(each, values, keys) for each in table]
+    if not isinstance(table, dict):
+        return table
+    return {
+        key: _in_numbers(value, values, keys) if key in keys else _walked(value, values, keys)
+        for key, value in table.items()
+    }
+
+
+def _in_numbers(value: Any, values: Mapping[str, float], keys: frozenset[str]) -> Any:
+    if isinstance(value, list):
+        return [_in_numbers(each, values, keys) for each in value]
+    if isinstance(value, dict):
+        taken = {name: _in_numbers(each, values, keys) for name, each in value.items()}
+        return taken if not keys & value.keys() else _walked(value, values, keys)
+    return _replaced(value, values) if isinstance(value, str) else value
+
+
+def _replaced(text: str, values: Mapping[str, float]) -> Any:
+    """The value of an expression of variables alone, else the text with their values."""
+    used = {*WORDS.findall(text)}
+    if not used & values.keys():
+        return text
+    if used <= {*values, "pi", "e", *FUNCTIONS}:
+        variables = {name: np.array([float(values[name])]) for name in used & values.keys()}
+        number = float(plain_value(parse_expression(text), variables, 1)[0])
+        return int(number) if number == round(number) and abs(number) < 1e15 else number
+    return WORDS.sub(lambda word: f"({values[word[0]]!r})" if word[0] in values else word[0], text)

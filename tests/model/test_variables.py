@@ -1,0 +1,79 @@
+"""Numbers of a config that are expressions of its variables."""
+
+from __future__ import annotations
+
+import pytest
+
+from petcontact import load
+from petcontact.errors import InputError
+
+TEXT = """
+[variables]
+t = 2.0
+h = "t/4"
+n = 2
+E = 1000.0
+[material]
+young_modulus = "2*E"
+poisson_ratio = 0.3
+thickness = "t"
+[geometry]
+shape = "rectangle"
+lower_left = [0, "-h"]
+upper_right = ["2*t + 1", 0]
+[mesh]
+element_size = "h"
+order = "n"
+[[boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0, 0]
+[[boundary]]
+part = "top"
+condition = "traction"
+pressure = "E*x**2"
+[[boundary]]
+part = "left"
+condition = "traction"
+value = [0, 0]
+[[boundary]]
+part = "right"
+condition = "traction"
+value = [0, 0]
+"""
+
+
+def loaded(tmp_path, text=TEXT, **changes):
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    return load(path, changes)
+
+
+def test_numbers_are_expressions_of_variables(tmp_path):
+    problem = loaded(tmp_path)
+    assert problem.material.young_modulus == 2000.0 and problem.material.thickness == 2.0
+    assert problem.geometry.lower_left == (0.0, -0.5) and problem.geometry.upper_right == (5.0, 0.0)
+    assert problem.mesh.element_size == 0.5 and problem.mesh.order == 2
+    assert problem.boundary[1].pressure == "(1000.0)*x**2"
+    assert problem.variables == {"t": 2.0, "h": 0.5, "n": 2.0, "E": 1000.0}
+    (tmp_path / "again.toml").write_text(problem.toml())
+    assert load(tmp_path / "again.toml") == problem
+
+
+def test_a_variable_is_overridden_with_all_that_follows(tmp_path):
+    problem = loaded(tmp_path, **{"variables.t": 4.0})
+    assert problem.mesh.element_size == 1.0 and problem.geometry.upper_right == (9.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("t = 2.0", "x = 2.0", "variables.x: must be a word that expressions do not know"),
+        ("t = 2.0", "t = true", "variables.t: must be a number or an expression of those before"),
+        ('h = "t/4"', 'h = "q/4"', "variables.h: must be a number or an expression"),
+        ('element_size = "h"', 'element_size = "h*q"', "mesh.element_size: must be a number"),
+    ],
+)
+def test_what_is_no_variable_is_refused(tmp_path, old, new, said):
+    with pytest.raises(InputError, match=said):
+        loaded(tmp_path, TEXT.replace(old, new))
