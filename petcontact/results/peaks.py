@@ -65,14 +65,14 @@ def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
         of_kind = (each for each in peaks if bool(each[0].part) == on)
         largest = max(of_kind, key=lambda each: float(each[0].value[0]), default=None)
         tops.append(largest and largest[1].top(key, largest[0], above))
-        above = (1.0 + MORE) * float(tops[0].value[0]) if tops[0] else above
+        above = float(tops[0].value[0]) + MORE * tops[0].size if tops[0] else above
     unbounded = {
         (some.body, place.sides): some.without_bound(name, place)
         for some in reversed(samples)
         for place in some.exceeding(key, tops[0])
     }
     named = [
-        replace(top, name=f"{name} stress {where}", alone=FINEST**2 * float(top.value[0]))
+        replace(top, name=f"{name} stress {where}", alone=FINEST**2 * top.size)
         for top, where in zip(reversed(tops), ("inside", "on the surface"), strict=True)
         if top is not None
     ]

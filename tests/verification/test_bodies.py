@@ -87,3 +87,21 @@ def test_two_rings_that_touch_and_carry_nothing_end_soon():
     solution = solve(problem(symmetry="axial", body=rings, contact=[contact]))
     assert solution.converged and len(solution.accuracy.elements) <= 3
     assert "contact carries nothing" in solution.verdict()
+
+
+def test_a_largest_stress_that_presses_is_told_once():
+    """Under pressure alone all of it is -2ν of the pressure; the stress inside is named only where it
+    is more than on the surface."""
+    ring = problem(
+        material=elastic(1000.0, 0.3),
+        geometry=quarter(2.0, "end", "hole"),
+        boundary=[
+            *rollers("start", "end"),
+            {"part": "rim", "condition": "traction", "pressure": 1.0},
+            {"part": "hole", "condition": "traction", "pressure": 1.0},
+        ],
+    )
+    found = {number.name: number for number in solve(ring).numbers}
+    assert "first principal stress inside" not in found
+    largest = found["first principal stress on the surface"]
+    assert abs(largest.value[0] + 0.6) <= largest.error < 1e-3
