@@ -159,6 +159,6 @@ def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
     )
     near = stress_errors.NearStress(*around, None, 2, at_corner)
     number = Number("von Mises stress", "body", 1, 0, np.array([10.0]), "stress", part=part)
-    solution = SimpleNamespace(accuracy=SimpleNamespace(error=0.05, estimates=[0.2, 0.1]))
+    solution = SimpleNamespace(accuracy=SimpleNamespace(error=0.05, resultants=0.1))
     found = stress_errors.stress_change(solution, None, number, near)
     assert found == pytest.approx(max(error, spread), nan_ok=True)
