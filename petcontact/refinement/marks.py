@@ -149,7 +149,13 @@ class GradedOutline:
         for length, end in zip(sides, np.cumsum(sides), strict=True):
             nearest = np.abs(starts - (end - length)).argmin(), np.abs(ends - end).argmin()
             last.append((float(mesh.length[nearest[0]]), float(mesh.length[nearest[1]])))
-        return replace(self, last=last)
+        return self._with_last(last)
+
+    def _with_last(self, last: list[tuple[float, float]]) -> GradedOutline:
+        """Return the body with other lengths at corners; what the data say is not asked again."""
+        result = replace(self, last=last)
+        vars(result).update(touching=self.touching, kinks=self.kinks)
+        return result
 
     def halving(self, mesh: CurveMesh, resolved: float) -> GradedOutline:
         """Return the body as `after`, where a mesh and a level are about as fine at corners.
@@ -163,7 +169,7 @@ class GradedOutline:
             (a if a > FINER * law[0] else math.inf, b if b > FINER * law[1] else math.inf)
             for (a, b), law in zip(body.last, laws, strict=True)
         ]
-        return replace(body, last=last)
+        return body._with_last(last)
 
     @functools.cached_property
     def kinks(self) -> list[Array]:
