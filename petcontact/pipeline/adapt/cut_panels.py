@@ -95,7 +95,7 @@ class CutPanels:
         vectors, marked = [sides(mesh) for mesh in meshes], [mask.copy() for mask in marked]
         lengths = [np.linalg.norm(edges, axis=2) for edges in vectors]
         for side in self._sides:
-            if side.primary is not None:
+            if side.primary is not None and marked[side.body].any():
                 b = side.primary[0]
                 own, opposite = self._facing(side, meshes)
                 axis = matched(vectors[side.body][own], vectors[b][opposite])
