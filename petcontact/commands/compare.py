@@ -45,16 +45,14 @@ add_arguments = options(
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Run, print, write; exit status 0 however the contenders fare."""
     from ..compare.report import csv_text, markdown, write_figures
-    from ..compare.run import CONTENDERS, RHOS, Trial, compare
+    from ..compare.run import RHOS, Trial, compare, named_contenders
     from ..runtime.atomic_write import write_text
-    from ..runtime.hints import demand_name
     from ..runtime.terminal import StatusLine
     from ..runtime.world import world
     from .solve import unused_reported
 
-    names = arguments.methods.split(",") if arguments.methods else None
-    for name in names or ():
-        demand_name("--methods: no contender", name, CONTENDERS, "they are")
+    words = arguments.methods.split(",") if arguments.methods else []
+    names = [name for word in words for name in named_contenders(word)] or None
     comm = world(petsc_words)
     cases = list(_cases(arguments))
     first = comm.getRank() == 0

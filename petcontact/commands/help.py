@@ -121,12 +121,15 @@ def _found(words: str) -> str:
     InputError
         If they stand nowhere.
     """
-    from ..manual import places, summary, topics
+    from ..manual import places, summary, topics, vocabulary
+    from ..runtime.hints import SYNONYMS
 
-    chapters, keys = places(words), _keys(words)
+    chapters, keys = places(words), _keys(SYNONYMS.get(words, words))
     best = OTHER_WORDS.get(words.lower())
+    if words in SYNONYMS and keys:  # places of short words are parts of others
+        return "\n".join(keys)
     if not chapters and not keys and not best:
-        near = difflib.get_close_matches(words, topics(), n=1)
+        near = difflib.get_close_matches(words.lower(), [*topics(), *vocabulary()], n=1)
         hint = f", did you mean {near[0]!r}?" if near else f"; chapters: {', '.join(topics())}"
         raise InputError(f"help: no chapter {words!r}, and no line of any with it{hint}")
     lines = [*keys, ""] if keys else []

@@ -19,8 +19,10 @@ from typing import Any
 
 from ..errors import InputError, OutputError, in_file
 from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
-from .options import option, options
+from .options import option, options, positive
 
+SUFFIXES = (".h5", ".hdf5")
+"""Of result files."""
 SOON = 5.0
 """Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
@@ -68,8 +70,9 @@ add_arguments = options(
     option(
         "--accuracy",
         metavar="ERROR",
-        type=float,
-        help="with --adapt, or without [mesh]: of u_t (1e-4), p and q (1e-2; in space 2e-2)",
+        type=positive,
+        help="relative error to be reached, with --adapt or without [mesh]: of u_t (1e-4), of p "
+        "and q (1e-2; in space 2e-2)",
     ),
 )
 """The options of `petcontact solve`."""
@@ -155,6 +158,11 @@ def _targets(arguments: argparse.Namespace, case: Any) -> tuple[Path, Path]:
     from ..runtime.atomic_write import check_target
 
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
+    if output.suffix.lower() not in SUFFIXES:
+        raise InputError(
+            f"-o {output}: a result is a file {' or '.join(SUFFIXES)}; petcontact field and export "
+            "write other formats from it"
+        )
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     inputs = read_files(arguments.config, case)
     again = is_replaced(arguments, output)

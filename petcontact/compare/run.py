@@ -31,6 +31,7 @@ from ..pipeline.run import prepare
 from ..pipeline.steps.load_steps import first_increment
 from ..pipeline.steps.start import carried_over
 from ..results.solution import read_result
+from ..runtime.hints import demand_name
 from ..runtime.petsc import options
 
 RHOS = tuple(10.0**k for k in range(8))
@@ -45,6 +46,25 @@ CONTENDERS = {
     "tao": {"name": "tao"},
 }
 """What takes part, by the keys of `[method]` that it changes."""
+
+
+def named_contenders(word: str) -> list[str]:
+    """The contenders of a name: their own, or a `name` or `rule` of `[method]`.
+
+    >>> named_contenders("modified"), named_contenders("tao")
+    (['rule (4.3)'], ['tao'])
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    of_rule = [name for name, keys in CONTENDERS.items() if keys.get("rule") == word]
+    named = of_rule or [name for name, keys in CONTENDERS.items() if keys["name"] == word]
+    allowed = {key: None for keys in CONTENDERS.values() for key in keys.values()}
+    if not named:
+        demand_name("--methods: no contender", word, [*allowed, *CONTENDERS], "they are")
+    return named or [word]
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ chapter.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -61,6 +62,12 @@ def pages() -> dict[str, str]:
                 for name in sorted(_pages(folder))
             }
     return found
+
+
+def vocabulary() -> list[str]:
+    """Words of five letters and more that stand in the chapters, the most frequent first."""
+    words = re.findall(r"\b[a-z]{5,}\b", " ".join(map(chapter, topics())))
+    return [word for word, _ in Counter(words).most_common()]
 
 
 def places(words: str) -> dict[str, list[tuple[int, str]]]:

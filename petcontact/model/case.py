@@ -31,6 +31,7 @@ MEANT = (
         'a text needs quotes: "{}"',
     ),
     ("Unclosed", "a bracket before this line is not closed"),
+    (r"overwrite.*: \[\[([^][]+)\]\]", "[{0}] stands above in single brackets; write [[{0}]]"),
     (
         r"(?:twice|overwrite).*: \[([^][]+)\]",
         "a table that stands several times is [[{}]] each time",

@@ -6,12 +6,17 @@ from collections.abc import Iterable
 from pathlib import Path
 
 CONFIG = "a config; solve it first: petcontact solve {path}"
+PROBLEM = (
+    "one problem, no sweep; `petcontact solve {path}` solves it, `petcontact init study --kind "
+    "sweep` begins a sweep"
+)
 CAD = "a CAD file; name it in a config: [geometry] shape = 'gmsh', file = '{name}'"
 KINDS = {
     **dict.fromkeys((".step", ".stp", ".iges", ".igs", ".brep"), CAD),
     ".msh": "a Gmsh file; name it in a config: [geometry] shape = 'gmsh', file = '{name}'",
-    ".h5": "a result file; `petcontact plot {path}` draws it",
-    **dict.fromkeys((".toml", "material", "body"), CONFIG),
+    ".h5": "a result file; `petcontact show {path}` prints it, `petcontact plot` draws it",
+    ".toml": CONFIG,
+    **dict.fromkeys(("material", "body"), PROBLEM),
     "problems": "a sweep; solve its cases: petcontact sweep {path}",
 }
 """What suffixes and keys of TOML files stand for, and the step that leads on."""

@@ -12,6 +12,12 @@ from ..errors import InputError
 T = TypeVar("T")
 SYNONYMS = {
     "mu": "friction_coefficient",
+    "gravity": "acceleration",
+    "omega": "angular_velocity",
+    "alpha": "thermal_expansion",
+    "rho": "density",
+    "temp": "temperature",
+    "displacements": "displacement",
     "friction": "friction_coefficient",
     "g": "friction_bound",
     "bound": "friction_bound",

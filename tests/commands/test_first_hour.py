@@ -14,6 +14,7 @@ import pytest
 from petcontact import Circle, Material, solve
 from petcontact.commands.main import main
 from petcontact.commands.parsers import COMMANDS
+from petcontact.compare.run import named_contenders
 from petcontact.errors import EXTRAS, InputError, installed_by
 
 ROOT = Path(__file__).parents[2]
@@ -82,3 +83,47 @@ def test_center_and_centre_are_one_key():
         Circle("rim", center=(0, 1), centre=(0, 1), radius=2)
     with pytest.raises(InputError, match="unknown key"):
         Material(1.0, 0.3, centre=(0, 1))
+
+
+PLAIN = """material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [2, 1] }
+boundary = [{ part = "bottom", condition = "contact", friction_bound = 1.0 }]
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "config", "said"),
+    [
+        ("", ("lower_left", "lower"), "a key of shape = 'box'"),
+        ("", ("= 1.0 }]", '= 1.0 }]\n[[boundary]]\npart = "top"'), "boundary"),
+        ("", ("geometry =", "[boundary]\n[[boundary]]\ngeometry ="), "write [[boundary]]"),
+        ("", ("0.3 }", "0.3, units = 1 }"), "a key of the top of the file"),
+        ("", ("", ""), 'part = "right", condition = "traction", value = [0.0, 0.0]'),
+        ("--set friction_bound=3", ("", ""), "did you mean boundary.0.friction_bound?"),
+        ("-o x.vtu", ("", ""), "a result is a file .h5"),
+        ("--accuracy 10%", ("", ""), "no positive number"),
+    ],
+)
+def test_a_mistake_is_answered_with_what_to_write(words, config, said, tmp_path, capsys):
+    (tmp_path / "own.toml").write_text(PLAIN.replace(*config) if config[0] else PLAIN)
+    try:
+        status = main(["solve", str(tmp_path / "own.toml"), *words.split()])
+    except SystemExit as left:
+        status = left.code
+    line = capsys.readouterr().err
+    assert status == 2 and line.count("\n") == 1 and said in line
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["own.toml"]
+
+
+def test_words_that_people_use_are_found_in_the_manual(capsys):
+    assert main(["help", "mu"]) == 0
+    assert "friction_coefficient" in capsys.readouterr().out
+    assert main(["help", "friktion"]) == 2
+    assert "did you mean 'friction'?" in capsys.readouterr().err
+
+
+def test_compare_takes_the_names_of_methods_and_rules():
+    assert named_contenders("modified") == ["rule (4.3)"]
+    assert len(named_contenders("projection")) == 4
+    with pytest.raises(InputError, match="did you mean 'projection'"):
+        named_contenders("projecton")

@@ -19,7 +19,7 @@ from ...errors import InputError
 from ...runtime.hints import known_key, nearest, number_refused
 from ..expressions import parse_expression
 from .frozen import Frozen
-from .model_tree import models_at, stands_in
+from .model_tree import instead, models_at
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -347,7 +347,7 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     if kind == "control":
         return f"{_key([*loc, context['key']], data)}: {mistake['msg']}"
     if kind == "extra_forbidden":
-        return f"{_key(loc, data)}: unknown key{_instead(cls, loc)}"
+        return f"{_key(loc, data)}: unknown key{instead(cls, loc, data)}"
     if kind.startswith("union_tag"):
         name = context["discriminator"].strip("'")
         tags = sorted({model.model_fields[name].default for model in models_at(cls, loc)})
@@ -358,7 +358,7 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
         return f"{key}: {allowed}, got {_shown(context['tag'])}{nearest(context['tag'], tags)}"
     if kind == "missing":
         if isinstance(loc[-1], int):
-            return f"{_key(loc[:-1], data)}: has {loc[-1]} entries, too few"
+            return f"{_key(loc[:-1], data)}: needs more than {loc[-1]} number{'s' * (loc[-1] != 1)}"
         return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
     stated = MATCHED.get(context.get("pattern"), str(mistake["msg"]))
     message = str(context["error"]) if kind == "value_error" else _allowed(stated)
@@ -367,14 +367,6 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     if not (kind == "value_error" and isinstance(mistake["input"], dict)):
         message += given + _meant(mistake, message, re.sub(r"\[\d+\]", "", key))
     return ": ".join(filter(None, [key, message]))
-
-
-def _instead(cls: type, loc: list[Any]) -> str:
-    """A key that is meant, the tables in which this one stands, or the keys that there are."""
-    models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
-    keys = sorted({name for model in models for name in model.model_fields})
-    where = nearest(str(loc[-1]), keys) or stands_in(cls, str(loc[-1]))
-    return where or f"; valid keys: {', '.join(keys)}"
 
 
 def _meant(mistake: Any, message: str, table: str) -> str:

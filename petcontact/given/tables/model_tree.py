@@ -6,6 +6,19 @@ from typing import Any
 
 import pydantic
 
+from ...runtime.hints import nearest
+
+
+def instead(cls: Any, loc: list[Any], data: Any) -> str:
+    """A key that is meant, the tables in which this one stands, or the keys that there are."""
+    models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
+    keys = sorted({name for model in models for name in model.model_fields})
+    given = where_given(data, loc[-1]) if len(loc) == 1 else []
+    there = f", did you mean {' or '.join(given[:3])}?" if given else ""
+    where = of_another(cls, loc) or there or nearest(str(loc[-1]), keys)
+    where = where or stands_in(cls, str(loc[-1]))
+    return where or f"; valid keys: {', '.join(keys)}"
+
 
 def models_at(cls: Any, loc: list[int | str]) -> list[Any]:
     """The models that may stand at `loc`, over lists, unions and optional fields; tags choose among
@@ -36,7 +49,34 @@ def stands_in(cls: Any, key: str) -> str:
         for name, field in fields
         if any(key in model.model_fields for model in models_in(field.annotation))
     }
+    tables |= {"the top of the file": None} if key in cls.model_fields else {}
     return f"; it is a key of {', '.join(tables)}" if tables else ""
+
+
+def of_another(cls: Any, loc: list[int | str]) -> str:
+    """Which other shapes, conditions, ... have a key that the one at hand has not."""
+    key, tag = loc[-1], loc[-2] if len(loc) > 1 else ""
+    (model, *_) = models_at(cls, loc[:-1])
+    names = [name for name, field in model.model_fields.items() if field.default == tag]
+    others = [other.model_fields for other in models_at(cls, loc[:-2]) if names]
+    tags = {repr(each[names[0]].default): None for each in others if {key, names[0]} <= {*each}}
+    known = not names or key in model.model_fields or not tags
+    return "" if known else f"; it is a key of {names[0]} = {' or '.join(tags)}"
+
+
+def where_given(data: Any, key: str, above: str = "") -> list[str]:
+    """The dotted keys of an input that end with a key, but for the key itself.
+
+    >>> where_given({"bound": 3, "boundary": [{"bound": 1}]}, "bound")
+    ['boundary.0.bound']
+    """
+    entries = data.items() if isinstance(data, dict) else enumerate(data)
+    found = list[str]()
+    for name, value in entries:
+        found += [f"{above}{name}"] if above and name == key else []
+        if isinstance(value, (dict, list)):
+            found += where_given(value, key, f"{above}{name}.")
+    return found
 
 
 def models_below(cls: Any) -> list[Any]:

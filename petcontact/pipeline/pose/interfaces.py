@@ -110,9 +110,8 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
     missing = [part for part in boundary.parts if part not in met]
     if missing and problem.is_flat:
         raise InputError(
-            f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} "
-            "needs one or a [[contact]] where the file has no [[body]]; a free part has "
-            'condition = "traction" and a value of zeros'
+            f"boundary: part {missing[0]!r} has no condition; if it is free write [[boundary]] "
+            f'part = "{missing[0]}", condition = "traction", value = {[0.0] * boundary.dim}'
         )
 
 

@@ -250,8 +250,7 @@ def check_components(key: str, value: Sequence[object] | Array, d: int) -> None:
     if len(value) != d:
         given = ", ".join("free" if each is None else str(each) for each in value)
         raise InputError(
-            f"{key}: the body has {d} dimensions, got {len(value)} components, [{given}]; "
-            "a comma is between two of them, a decimal has a point"
+            f"{key}: the body has {d} dimensions, got {len(value)} components, [{given}]"
         )
 
 
