@@ -25,7 +25,9 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 """Okabe and Ito's palette: seven hues that differ for every kind of colour vision, and in grey."""
 STATES = {0: ("stick", COLOURS[0], "s"), 1: ("slip", COLOURS[1], "o"), 2: ("open", "white", "^")}
 """Name, colour and marker of each state of a contact node."""
-SHADES = {"stick": "#d3e4f1", "slip": "#f8dcc9", "open": "#eeeeee"}
+CONTACT = ("contact", COLOURS[2], "o")
+"""Of nodes that touch without friction: nothing says that they slip."""
+SHADES = {"stick": "#d3e4f1", "slip": "#f8dcc9", "open": "#eeeeee", "contact": "#d3ece3"}
 """Background of the zones of a contact part."""
 TITLE = 62
 """Characters of a line of a title: of 10 points, each half as wide as high, they fill two thirds of
@@ -100,6 +102,7 @@ def _save(target: Any, suffix: str, draw: Callable[..., None], *arguments: Any) 
         how: dict[str, Any] = (
             {"dpi": 150, "pil_kwargs": {"compress_level": 3}} if suffix == "png" else {"dpi": DOTS}
         )
+        how |= {"bbox_inches": "tight", "pad_inches": 0.06}  # no empty bands
         figure.savefig(target, format=suffix, metadata=stamp, **how)
 
 
@@ -163,8 +166,8 @@ def style() -> dict[str, Any]:
 
 
 def label(quantity: str, unit: str | None) -> str:
-    """An axis label, with the unit where it has a name."""
-    return f"{quantity} [{plain(unit)}]" if unit else quantity
+    """An axis label, with the unit; units that have no names are those of the user's numbers."""
+    return f"{quantity} [{plain(unit) if unit else 'consistent units'}]"
 
 
 def legend_below(axes: Any, columns: int) -> None:
@@ -185,9 +188,15 @@ def new_label(axes: Any, word: str) -> str | None:
     return None if word in axes.get_legend_handles_labels()[1] else word
 
 
-def draw_states(axes: Any, points: Any, states: Any) -> None:
+def state_style(state: int, *, friction: bool) -> tuple[str, str, str]:
+    """Return name, colour and marker of a state, of contact with or without friction."""
+    return STATES[state] if friction or state != 1 else CONTACT
+
+
+def draw_states(axes: Any, points: Any, states: Any, *, friction: bool) -> None:
     """Contact nodes (m, 2) by their state: a shape and a colour each."""
-    for state, (name, colour, marker) in STATES.items():
+    for state in STATES:
+        name, colour, marker = state_style(state, friction=friction)
         chosen = states == state
         if chosen.any():
             axes.plot(

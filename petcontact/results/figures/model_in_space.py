@@ -10,7 +10,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...mesh.surface_mesh import SurfaceMesh
-from ...runtime.figure_style import wrapped
 from ..data import SolutionData
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
 from .surface import Sampled, best_view, draw_bodies, draw_nets, fit_axes, sampled, toward_eye
@@ -41,17 +40,26 @@ def draw_space(figure: Any, solution: SolutionData) -> None:
     colours = ScalarMappable(
         BoundaryNorm(levels, len(kinds)), ListedColormap([*map(_soft, KINDS.values())])
     )
+    figure.set_figwidth(1.6 * figure.get_figwidth())
     figure.get_layout_engine().set(rect=(0.0, BELOW, 1.0, 1.0 - BELOW))
-    axes = figure.add_subplot(projection="3d", computed_zorder=False)
-    x = draw_bodies(axes, solution, bodies, 0.0, colours, best_view(solution))
-    fit_axes(axes, solution, x.min(axis=0), x.max(axis=0))
-    _loads(axes, solution)
+    up, round_ = best_view(solution)
+    # what one of them hides the other one shows: they look from opposite sides
+    views = [
+        figure.add_subplot(1, 2, k + 1, projection="3d", computed_zorder=False) for k in range(2)
+    ]
+    for axes, angles in zip(views, ((up, round_), (-up, round_ + 180.0)), strict=True):
+        x = draw_bodies(axes, solution, bodies, 0.0, colours, angles)
+        fit_axes(axes, solution, x.min(axis=0), x.max(axis=0))
+        _loads(axes, solution)
+        axes.set_title(f"from {'above' if angles[0] > 0.0 else 'below'}", fontsize="small")
     shown = [kind for kind in kinds if any(part.kind == kind for part in parts)]
     patches = [Patch(facecolor=_soft(KINDS[kind])) for kind in shown]
-    nets = draw_nets(axes, solution, 0.0)
+    nets, _ = (draw_nets(axes, solution, 0.0) for axes in views)
     words = [*shown, *["obstacle"] * len(nets)]
     figure.legend([*patches, *nets], words, loc="lower center", ncols=len(words))
-    _names(axes, solution, bodies, parts)
+    figure.suptitle(titled(solution), fontsize="medium")
+    for axes in views:
+        _names(axes, solution, bodies, parts)
 
 
 def _soft(colour: str) -> tuple[float, ...]:
@@ -64,16 +72,12 @@ def _soft(colour: str) -> tuple[float, ...]:
 def _names(
     axes: Any, solution: SolutionData, bodies: Mapping[str, Sampled], parts: list[LabelledPart]
 ) -> None:
-    """The title, with the laws of contact that is hidden, and the names of parts that are seen,
-    where no other name stands."""
+    """The names of parts that are seen, where no other name stands."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
     figure, taken, eye = axes.figure, list[Any](), toward_eye(axes.elev, axes.azim)
     view = np.vstack([SurfaceMesh.tangents_to(eye[None])[0], eye])
     places = {part: _seen(solution, part, bodies, view) for part in parts}
-    hidden = [part for part, place in places.items() if place is None and part.kind == "contact"]
-    laws = [wrapped(part.known) for part in hidden if part.text]
-    figure.suptitle("\n".join([titled(solution), *laws]), fontsize="medium")
     figure.draw_without_rendering()  # sizes are known only then
     ends = proj_transform(*np.vstack([0.0 * eye, view[1]]).T, axes.get_proj())[:2]
     unit = np.ptp(axes.transData.transform(np.transpose(ends)), axis=0).max()

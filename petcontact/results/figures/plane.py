@@ -16,12 +16,12 @@ from ...runtime.figure_style import (
     COLOURS,
     LINES,
     SHADES,
-    STATES,
     draw_states,
     label,
     legend_below,
     legend_beside,
     plain,
+    state_style,
 )
 from ..data import SolutionData
 from ..records import PairResult
@@ -37,6 +37,10 @@ from .surroundings import (
 )
 from .view import View, view_of
 
+ROW = 0.05
+"""Height of the zones of a step over that of a panel that shows several."""
+WITHIN = 8
+"""Points of an element through which a polynomial is drawn."""
 BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
 """Colours of the bodies' outlines: not those of the states."""
 
@@ -89,9 +93,9 @@ def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
     axes.plot([], [], color="0.55", lw=0.9, ls="--", label="initial")
     axes.plot([], [], ls="", label=view.text)
     for name, pair in solution.pairs.items():
-        draw_states(
-            axes, moved(solution, name, factor), np.where(pair.state == OPEN, -1, pair.state)
-        )
+        shown = np.where(pair.state == OPEN, -1, pair.state)
+        friction = bool(pair.bound.any())
+        draw_states(axes, moved(solution, name, factor), shown, friction=friction)
 
 
 def place(axes: Any, solution: SolutionData) -> None:
@@ -161,14 +165,40 @@ def _draw_ends(
     fields (m, k) at the ends of the steps.
     """
     ends = shown_ends(solution)
-    order = np.argsort(solution.pairs[name].arc_length)
     curves = [values(step.pairs[name]) for step in ends]
     for number, (step, curve) in enumerate(zip(ends, curves, strict=True)):
         word = symbol if symbol and len(ends) == 1 else plain(step.title)
-        for column, faint in zip(curve.T, ({}, {"alpha": 0.45}), strict=False):
+        s, drawn = _between(solution, name, step.pairs[name], curve)
+        for column, faint in zip(drawn.T, ({}, {"alpha": 0.45}), strict=False):
             style = {"label": word + ", round the axis" * bool(faint), **line(number), **faint}
-            axes.plot(step.pairs[name].arc_length[order], column[order], **style)
+            axes.plot(s, column, **style)
     return curves
+
+
+def _between(
+    solution: SolutionData, name: str, pair: PairResult, values: Array
+) -> tuple[Array, Array]:
+    """Return arc lengths (q,) in order, and values there (q, k) of a field of an interface.
+
+    Between the nodes of an element it is a polynomial, where all of them are in one state. Other
+    elements, in which it has a kink, have the values at their nodes.
+    """
+    mesh, nodes = as_curve(solution.meshes[solution.sides[name][0]]), solution.nodes[name]
+    whole = np.zeros((mesh.n_nodes, values.shape[1]))
+    whole[nodes] = values
+    s, found = [pair.arc_length], [values]
+    for element in np.unique(mesh.element[nodes]):
+        rows = np.flatnonzero(mesh.element[nodes] == element)
+        order = int(mesh.order[element])
+        if order > 1 and len(rows) == order + 1 and len({*pair.state[rows].tolist()}) == 1:
+            first = 0.5 * (1.0 + np.polynomial.legendre.leggauss(order + 1)[0][0])
+            at = np.linspace(first, 1.0 - first, WITHIN)[1:-1]
+            chosen = np.full(len(at), element)
+            s.append(mesh.arc_lengths(chosen, at))
+            found.append(mesh.basis_at(chosen, at) @ whole)
+    along = np.concatenate(s)
+    order_of = np.argsort(along, kind="stable")
+    return along[order_of], np.concatenate(found)[order_of]
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
@@ -188,7 +218,7 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
 def draw_traction(figure: Any, solution: SolutionData) -> None:
     """Draw the tangential traction along each interface at the end of each step (figures 3 and 6).
 
-    The bounds are those of the last step.
+    Each step has its own bounds, in its colour.
     """
     for axes, name, order in _panels(figure, solution, "tangential traction", "stress"):
         curves = _draw_ends(
@@ -198,11 +228,23 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
             lambda pair: without_noise(solution, pair.sigma_t),
             r"$\sigma_t$",
         )
-        s, bound = solution.pairs[name].arc_length[order], solution.pairs[name].bound[order]
-        for sign, word in ((1.0, r"$\pm$ bound"), (-1.0, None)) if np.isfinite(bound).all() else ():
-            axes.plot(s, sign * bound, color="black", lw=0.6, label=word)
+        _draw_bounds(axes, solution, name, order)
         axes.margins(y=0.08)
         end_at_corners(axes, solution, name, [column for curve in curves for column in curve.T])
+
+
+def _draw_bounds(axes: Any, solution: SolutionData, name: str, order: Index) -> None:
+    """Draw the bounds of the shear at the ends of the steps, once where they are one."""
+    ends = shown_ends(solution)
+    bounds = [step.pairs[name].bound[order] for step in ends]
+    single = all(np.array_equal(bound, bounds[-1]) for bound in bounds)
+    shown = [(len(ends) - 1, bounds[-1])] if single else [*enumerate(bounds)]
+    for number, bound in shown:
+        word = r"$\pm$ bound" + ("" if single else f", {plain(ends[number].title)}")
+        style = {"color": "black" if single else f"C{number}", "lw": 0.7, "ls": (0, (1, 1))}
+        s = ends[number].pairs[name].arc_length[order]
+        for sign, text in ((1.0, word), (-1.0, None)) if np.isfinite(bound).all() else ():
+            axes.plot(s, sign * bound, label=text, **style)
 
 
 def draw_normal(figure: Any, solution: SolutionData) -> None:
@@ -276,11 +318,13 @@ def _panels(
         figure.set_figheight(1.2 + 2.6 * len(shown))
     for axes, name in zip(np.atleast_1d(figure.subplots(len(shown), 1)), shown, strict=True):
         _shaded(axes, solution, name)
+        axes.set_xlim(*_extent(solution, name))
         _window(axes, [step.pairs[name] for step in shown_ends(solution)])
         way = label(f"arc length along {along(solution, name)}", solution.problem.units.length)
         axes.set(xlabel=way, title=headed(solution) if name == shown[0] else "")
         yield axes, name, np.argsort(solution.pairs[name].arc_length)
         axes.set_ylabel(label(what, getattr(solution.problem.units, unit)))
+        _room_for_rows(axes, len(shown_ends(solution)))
         if names is None:
             legend_beside(axes)
         else:  # a second axis stands on the right
@@ -288,23 +332,49 @@ def _panels(
 
 
 def _shaded(axes: Any, solution: SolutionData, name: str) -> None:
-    """Shade the stretches of arc length that stick, slip and are open."""
-    pair, mesh = solution.pairs[name], as_curve(solution.meshes[solution.sides[name][0]])
-    order = np.argsort(pair.arc_length)
-    s, state, element = (
-        pair.arc_length[order],
-        pair.state[order],
-        mesh.element[solution.nodes[name][order]],
-    )
+    """Shade the stretches of arc length that stick, slip and are open: after one step all of the
+    height, after several a row at the bottom for each of them, the first one on top."""
+    ends = shown_ends(solution)
+    words, high = dict[str, None](), ROW if len(ends) > 1 else 1.0
+    for number, step in enumerate(reversed(ends)):
+        rows = number * high, (number + 1) * high
+        for start, end, word in _zones(solution, name, step.pairs[name]):
+            axes.axvspan(start, end, *rows, color=SHADES[word], lw=0)
+            words[word] = None
+        if len(ends) > 1:
+            style = {"color": "0.25", "fontsize": 6.5, "ha": "left", "va": "center"}
+            middle = (number + 0.5) * high
+            axes.text(0.005, middle, plain(step.title), transform=axes.transAxes, **style)
+    for word in words:
+        axes.fill_between([], [], [], color=SHADES[word], label=word)
+
+
+def _room_for_rows(axes: Any, count: int) -> None:
+    """Lower the bottom of axes so that rows of zones hide no curve."""
+    if count > 1:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low - (high - low) * ROW * count / (1.0 - ROW * count), high)
+
+
+def _zones(
+    solution: SolutionData, name: str, pair: PairResult
+) -> Iterator[tuple[float, float, str]]:
+    """Yield the ends of the zones of an interface, and their names."""
+    mesh = as_curve(solution.meshes[solution.sides[name][0]])
+    order, friction = np.argsort(pair.arc_length), bool(pair.bound.any())
+    s, state = pair.arc_length[order], pair.state[order]
+    element = mesh.element[solution.nodes[name][order]]
     cuts = np.flatnonzero(np.diff(state)) + 1
     last = mesh.side_start[element[-1]] + mesh.length[element[-1]]
     ends = np.concatenate([[mesh.side_start[element[0]]], 0.5 * (s[cuts - 1] + s[cuts]), [last]])
-    axes.set_xlim(ends[0], ends[-1])
-    for first, a, b in zip([0, *cuts.tolist()], ends[:-1], ends[1:], strict=True):
-        axes.axvspan(a, b, color=SHADES[STATES[int(state[first])][0]], lw=0)
-    for number, (word, _, _) in STATES.items():
-        if np.any(state == number):
-            axes.fill_between([], [], [], color=SHADES[word], label=word)
+    for first, low, high in zip([0, *cuts.tolist()], ends[:-1], ends[1:], strict=True):
+        yield low, high, state_style(int(state[first]), friction=friction)[0]
+
+
+def _extent(solution: SolutionData, name: str) -> tuple[float, float]:
+    """Return the arc lengths at which an interface begins and ends."""
+    zones = [*_zones(solution, name, solution.pairs[name])]
+    return zones[0][0], zones[-1][1]
 
 
 def _window(axes: Any, pairs: list[PairResult]) -> None:

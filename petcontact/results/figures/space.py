@@ -113,7 +113,7 @@ def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
             x = chart.at(pair.x)
             closed = np.any([end.pairs[name].state != OPEN for end in ends], axis=0)
             shown = _window(axes, x, closed, _front(solution, name, closed, chart), chart)
-            draw_states(axes, x[shown], pair.state[shown])
+            draw_states(axes, x[shown], pair.state[shown], friction=bool(pair.bound.any()))
             axes.set_title(
                 ": ".join(([name] if len(names) > 1 else []) + [plain(step.title)]),
                 fontsize="small",
