@@ -141,8 +141,12 @@ class Problem(Setting):
     ----------
     body : list of Body
         The elastic bodies.
-    title, symmetry, units : optional
-        What the problem is called, "axial" for bodies of revolution, and names of units.
+    title : str
+        What the problem is called.
+    symmetry : {"plane", "axial"}
+        "axial" for bodies of revolution.
+    units : Units
+        Names of units.
     obstacle : list of Obstacle
         Rigid bodies.
     contact : list of Pair

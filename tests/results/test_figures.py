@@ -58,7 +58,7 @@ def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
     write_solution(tmp_path / "r.h5", solution)
     assert read_result(tmp_path / "r.h5").last.history == solution.last.history
     left, right = drawn(curves.draw_history, solve(example(1, mesh=COARSE))).axes
-    assert right.get_title() == "Robin parameter" and len(left.lines) == 3
+    assert right.get_title() == "Robin parameter [consistent units]" and len(left.lines) == 3
 
 
 def test_a_title_says_what_is_no_result(solution):

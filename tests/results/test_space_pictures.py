@@ -148,7 +148,10 @@ def test_a_face_that_contact_goes_round_is_unrolled(solution):
         problem=solution.problem,
     )
     chart = Chart.of(found, "c")
-    assert chart.names == ("angle from x [degree]", "z") and abs(chart.middle) == 180.0
+    assert (
+        chart.names == ("angle from x [degree]", "z [consistent units]")
+        and abs(chart.middle) == 180.0
+    )
     at = chart.at(pair.x)
     around = np.radians(at[:, 0])
     radius = np.hypot(*pair.x[:, :2].T)

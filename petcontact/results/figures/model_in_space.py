@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...mesh.surface_mesh import SurfaceMesh
+from ...runtime.figure_style import wrapped
 from ..data import SolutionData
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
 from .surface import Sampled, best_view, draw_bodies, draw_nets, fit_axes, sampled, toward_eye
@@ -57,9 +58,23 @@ def draw_space(figure: Any, solution: SolutionData) -> None:
     nets, _ = (draw_nets(axes, solution, 0.0) for axes in views)
     words = [*shown, *["obstacle"] * len(nets)]
     figure.legend([*patches, *nets], words, loc="lower center", ncols=len(words))
-    figure.suptitle(titled(solution), fontsize="medium")
-    for axes in views:
-        _names(axes, solution, bodies, parts)
+    _titles(figure, solution, views, bodies, parts)
+
+
+def _titles(
+    figure: Any,
+    solution: SolutionData,
+    views: list[Any],
+    bodies: Mapping[str, Sampled],
+    parts: list[LabelledPart],
+) -> None:
+    """The title, with the laws of contact that is hidden from both sides, and names of parts."""
+    seen = [_places(axes, solution, bodies, parts) for axes in views]
+    hidden = [part for part in parts if all(each[part] is None for each in seen)]
+    laws = [wrapped(part.known) for part in hidden if part.kind == "contact" and part.text]
+    figure.suptitle("\n".join([titled(solution), *laws]), fontsize="medium")
+    for axes, places in zip(views, seen, strict=True):
+        _names(axes, places)
 
 
 def _soft(colour: str) -> tuple[float, ...]:
@@ -69,17 +84,26 @@ def _soft(colour: str) -> tuple[float, ...]:
     return tuple(1.0 - 0.55 * (1.0 - np.array(to_rgb(colour))))
 
 
-def _names(
+def _view(axes: Any) -> Array:
+    """The rows (3, 3) point along the screen, up, and to the eye."""
+    eye = toward_eye(axes.elev, axes.azim)
+    return np.vstack([SurfaceMesh.tangents_to(eye[None])[0], eye])
+
+
+def _places(
     axes: Any, solution: SolutionData, bodies: Mapping[str, Sampled], parts: list[LabelledPart]
-) -> None:
+) -> dict[LabelledPart, Array | None]:
+    """Where the name of each part may stand; None of parts that are hidden."""
+    return {part: _seen(solution, part, bodies, _view(axes)) for part in parts}
+
+
+def _names(axes: Any, places: Mapping[LabelledPart, Array | None]) -> None:
     """The names of parts that are seen, where no other name stands."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
-    figure, taken, eye = axes.figure, list[Any](), toward_eye(axes.elev, axes.azim)
-    view = np.vstack([SurfaceMesh.tangents_to(eye[None])[0], eye])
-    places = {part: _seen(solution, part, bodies, view) for part in parts}
+    figure, taken, view = axes.figure, list[Any](), _view(axes)
     figure.draw_without_rendering()  # sizes are known only then
-    ends = proj_transform(*np.vstack([0.0 * eye, view[1]]).T, axes.get_proj())[:2]
+    ends = proj_transform(*np.vstack([0.0 * view[1], view[1]]).T, axes.get_proj())[:2]
     unit = np.ptp(axes.transData.transform(np.transpose(ends)), axis=0).max()
     letter = SMALL / 72.0 * figure.dpi / float(unit)
     seen = [(part, place) for part, place in places.items() if place is not None]

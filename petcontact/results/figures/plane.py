@@ -342,9 +342,8 @@ def _shaded(axes: Any, solution: SolutionData, name: str) -> None:
             axes.axvspan(start, end, *rows, color=SHADES[word], lw=0)
             words[word] = None
         if len(ends) > 1:
-            style = {"color": "0.25", "fontsize": 6.5, "ha": "left", "va": "center"}
-            middle = (number + 0.5) * high
-            axes.text(0.005, middle, plain(step.title), transform=axes.transAxes, **style)
+            style = {"color": "0.25", "fontsize": 6.5, "va": "center", "transform": axes.transAxes}
+            axes.text(0.005, (number + 0.5) * high, plain(step.title), **style)
     for word in words:
         axes.fill_between([], [], [], color=SHADES[word], label=word)
 

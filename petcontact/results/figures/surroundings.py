@@ -16,7 +16,7 @@ from ...given.conditions import Displacement, Symmetry, Traction
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import COLOURS, new_label
 from ..data import SolutionData
-from ..records import ObstacleResult
+from ..records import ObstacleResult, PairResult
 from .view import View
 
 ARROWS = 24
@@ -142,11 +142,17 @@ def draw_loads(axes: Any, solution: SolutionData, view: View) -> None:
         draw_arrows(axes, side.x, arrows, pulls, shown, word, LOAD)
 
 
+USUAL = 0.9
+"""Share of a contact whose tractions are drawn to scale."""
+
+
 def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
     """Contact tractions on the secondaries; the largest are cut."""
     size, pairs = size_of(solution), solution.pairs
-    usual = [float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in pairs.values()]
-    largest = max(usual, default=0.0)
+    largest = max(map(_usual, pairs.values()), default=0.0)
+    unit = solution.problem.units.stress or ""
+    scale = float(f"{largest:.2g}")
+    word = f"contact traction, {LONG * size:.2g} long is {scale:g} {unit}".rstrip()
     for name, pair in pairs.items() if largest > 0.0 else ():
         along = pair.sigma_t[:, :1] * pair.tangent[:, 0, :2]
         traction = along - pair.pressure[:, None] * pair.normal
@@ -156,7 +162,15 @@ def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
         closed = order[pair.state[order] != OPEN]
         shown = closed[spread(x[closed], 0.5 * size / ARROWS)]
         arrows = arrows * np.minimum(1.0, cut)[:, None]
-        draw_arrows(axes, x, arrows, pair.pressure < 0.0, shown, "contact traction", CONTACT)
+        draw_arrows(axes, x, arrows, pair.pressure < 0.0, shown, word, CONTACT)
+
+
+def _usual(pair: PairResult) -> float:
+    """The traction that nine tenths of what is closed stay below: nodes crowd at corners, where it
+    has no bound."""
+    order = np.argsort(pair.size)
+    share = np.cumsum(np.where(pair.state == OPEN, 0.0, pair.weight)[order])
+    return float(pair.size[order][np.searchsorted(share, USUAL * share[-1])])
 
 
 def draw_arrows(
