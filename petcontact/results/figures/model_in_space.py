@@ -43,22 +43,29 @@ def draw_space(figure: Any, solution: SolutionData) -> None:
     )
     figure.set_figwidth(1.6 * figure.get_figwidth())
     figure.get_layout_engine().set(rect=(0.0, BELOW, 1.0, 1.0 - BELOW))
+    views = _both_sides(figure, solution, bodies, colours)
+    shown = [kind for kind in kinds if any(part.kind == kind for part in parts)]
+    patches = [Patch(facecolor=_soft(KINDS[kind])) for kind in shown]
+    nets, _ = (draw_nets(axes, solution, 0.0) for axes in views)
+    shown += ["obstacle"] * len(nets)
+    figure.legend([*patches, *nets], shown, loc="lower center", ncols=len(shown))
+    _titles(figure, solution, views, bodies, parts)
+
+
+def _both_sides(
+    figure: Any, solution: SolutionData, bodies: Mapping[str, Sampled], colours: Any
+) -> list[Any]:
+    """Bodies and loads from opposite sides: what one picture hides the other one shows."""
     up, round_ = best_view(solution)
-    # what one of them hides the other one shows: they look from opposite sides
-    views = [
-        figure.add_subplot(1, 2, k + 1, projection="3d", computed_zorder=False) for k in range(2)
-    ]
-    for axes, angles in zip(views, ((up, round_), (-up, round_ + 180.0)), strict=True):
+    views = []
+    for k, angles in enumerate(((up, round_), (-up, round_ + 180.0))):
+        axes = figure.add_subplot(1, 2, k + 1, projection="3d", computed_zorder=False)
         x = draw_bodies(axes, solution, bodies, 0.0, colours, angles)
         fit_axes(axes, solution, x.min(axis=0), x.max(axis=0))
         _loads(axes, solution)
         axes.set_title(f"from {'above' if angles[0] > 0.0 else 'below'}", fontsize="small")
-    shown = [kind for kind in kinds if any(part.kind == kind for part in parts)]
-    patches = [Patch(facecolor=_soft(KINDS[kind])) for kind in shown]
-    nets, _ = (draw_nets(axes, solution, 0.0) for axes in views)
-    words = [*shown, *["obstacle"] * len(nets)]
-    figure.legend([*patches, *nets], words, loc="lower center", ncols=len(words))
-    _titles(figure, solution, views, bodies, parts)
+        views.append(axes)
+    return views
 
 
 def _titles(

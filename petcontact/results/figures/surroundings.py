@@ -151,17 +151,17 @@ def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
     size, pairs = size_of(solution), solution.pairs
     largest = max(map(_usual, pairs.values()), default=0.0)
     unit = solution.problem.units.stress or ""
-    scale = float(f"{largest:.2g}")
-    word = f"contact traction, {LONG * size:.2g} long is {scale:g} {unit}".rstrip()
+    word = (
+        f"contact traction, {LONG * size:.2g} long is {float(f'{largest:.2g}'):g} {unit}".rstrip()
+    )
     for name, pair in pairs.items() if largest > 0.0 else ():
         along = pair.sigma_t[:, :1] * pair.tangent[:, 0, :2]
         traction = along - pair.pressure[:, None] * pair.normal
         arrows = traction * (LONG * size / largest)
-        cut = LONGEST * size / np.maximum(np.hypot(*arrows.T), 1e-300)
+        arrows *= np.minimum(1.0, LONGEST * size / np.maximum(np.hypot(*arrows.T), 1e-300))[:, None]
         x, order = moved(solution, name, view.factor), np.argsort(pair.arc_length)
         closed = order[pair.state[order] != OPEN]
         shown = closed[spread(x[closed], 0.5 * size / ARROWS)]
-        arrows = arrows * np.minimum(1.0, cut)[:, None]
         draw_arrows(axes, x, arrows, pair.pressure < 0.0, shown, word, CONTACT)
 
 
