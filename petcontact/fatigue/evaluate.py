@@ -12,7 +12,7 @@ import scipy
 from ..arrays import Array
 from ..errors import InputError
 from ..results.data import SolutionData
-from ..results.numbers import stress_name
+from ..results.peaks import stress_name
 from ..results.records import below
 from ..runtime.hints import demand_name
 from .cycle import Sites, cycle_of, parts_in_contact, sites_of

@@ -6,6 +6,9 @@ import itertools
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
+from ..arrays import Array
 from ..geometry.outline import Outline, Side
 from ..given.bodies import Body
 from ..given.conditions import (
@@ -18,6 +21,7 @@ from ..given.conditions import (
 )
 from ..given.interfaces import Law
 from ..mesh.grading import at_ends, turn
+from ..round_off import SINGLE
 from .corner_exponents import (
     CLAMPED,
     FREE,
@@ -39,7 +43,8 @@ def corner_exponents(body: Body, outline: Outline) -> list[tuple[float, float]]:
     kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
 
     def kinds(side: Side, leaving: float) -> tuple[SideKind, ...]:
-        return kinds_seen(conditions.get(side.part), leaving, 2)
+        along = np.array([math.cos(leaving), math.sin(leaving)])
+        return kinds_seen(conditions.get(side.part), along, np.array([-along[1], along[0]]))
 
     def exponent(before: Side, after: Side) -> float:
         angle = round(math.pi - turn(before, after), 9)
@@ -56,19 +61,21 @@ def corner_exponents(body: Body, outline: Outline) -> list[tuple[float, float]]:
     return at_ends(outline, exponent)
 
 
-def kinds_seen(condition: Condition | None, leaving: float, dim: int) -> tuple[SideKind, ...]:
-    """Return what a side may be, seen from a corner that it leaves in a direction [rad].
+def kinds_seen(condition: Condition | None, along: Array, across: Array) -> tuple[SideKind, ...]:
+    """Return what a side may be, seen from a corner in a plane of two unit vectors (d,).
 
-    In the plane the direction decides what a single held component means.
+    They lie along the side, away from the corner, and across it. Components that a displacement
+    condition holds count as these vectors have them.
     """
-    if dim > 2 or not isinstance(condition, Displacement):
+    if not isinstance(condition, Displacement):
         return kinds_of(condition)
-    free = condition.free[:dim]
-    if len(set(free)) == 1:
-        return (FREE,) if free[0] else (CLAMPED,)
-    axis = math.pi / 2.0 if free[0] else 0.0
-    held = round(math.remainder(axis - leaving, math.pi), 9)
-    return (SLIDING if abs(abs(held) - SLIDING) < 1e-8 else held,)
+    held = ~np.array(condition.free[: len(along)])
+    axes = np.column_stack([along, across])[held]
+    size, rows = np.linalg.svd(np.vstack([axes, np.zeros((2, 2))]))[1:]
+    if (size > SINGLE).sum() != 1:
+        return (CLAMPED,) if size[0] > SINGLE else (FREE,)
+    way = round(math.remainder(math.atan2(rows[0, 1], rows[0, 0]), math.pi), 9)
+    return (SLIDING if abs(abs(way) - SLIDING) < 1e-8 else way,)
 
 
 def kinds_of(condition: Condition | None) -> tuple[SideKind, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.panels.edges import SMOOTH, edges
+from ..round_off import SINGLE
 
 
 @dataclass(frozen=True)
@@ -26,30 +27,44 @@ class Corners:
         The elements that meet there.
     angle : (k,) array
         Of the body, in (0, 2π) [rad].
-    leaving : (k, 2) array
-        Direction of the two sides away from a corner of the plane [rad].
+    along, inward : (k, 2, d) arrays
+        Unit vectors along the two sides, away from the corner, and into the body across them.
+    radius : (k,) array
+        The smaller one of sides that are arcs [length].
     """
 
     ends: Array
     element: Index
     angle: Array
-    leaving: Array
+    along: Array
+    inward: Array
+    radius: Array
 
     @property
     def x(self) -> Array:
         """The middle of each (k, d) [length]."""
         return np.asarray(self.ends.mean(axis=1))
 
-    @property
-    def points(self) -> Array:
-        """Those that are points, not edges (k', d) [length]."""
-        return np.asarray(self.ends[(self.ends[:, 0] == self.ends[:, 1]).all(axis=1), 0])
+    def nearest(self, number: int) -> float:
+        """The distance of the middle of one from the others, in the plane across it [length]."""
+        start, end = self.ends[:, 0], self.ends[:, 1]
+        way = end[number] - start[number]
+        before, behind = ((each - self.x[number]) @ way for each in (start, end))
+        crosses = before * behind <= 0.0
+        share = np.divide(
+            before, before - behind, out=np.zeros(len(before)), where=before != behind
+        )
+        away = np.linalg.norm(start + share[:, None] * (end - start) - self.x[number], axis=1)
+        # a corner may be one point with another one: of a slit, of two loops
+        apart = crosses & (away > SINGLE * float(np.abs(self.ends).max()))
+        return float(away[apart].min(initial=np.inf))
 
 
 @functools.singledispatch
 def corners_of(mesh: Any) -> Corners:
     """Where the sides of a body turn, or one part ends and another begins."""
     before, _ = mesh.neighbours()
+    bend = np.abs(mesh.curvature)
     normal = mesh.on_elements(np.arange(mesh.n_elements), np.array([-1.0, 1.0]))[1]
     ends = normal[..., ::-1] * [-1.0, 1.0]
     arriving, leaving = ends[before, 1], ends[:, 0]
@@ -58,12 +73,13 @@ def corners_of(mesh: Any) -> Corners:
         np.sum(arriving * leaving, axis=1),
     )
     chosen = np.flatnonzero((np.abs(turn) > SMOOTH) | (mesh.part != mesh.part[before]))
-    away = np.stack([leaving[chosen], -arriving[chosen]], axis=1)
     return Corners(
         mesh.start[chosen][:, None].repeat(2, axis=1),
         np.column_stack([chosen, before[chosen]]),
         math.pi - turn[chosen],
-        np.arctan2(away[..., 1], away[..., 0]),
+        np.stack([leaving[chosen], -arriving[chosen]], axis=1),
+        -np.stack([normal[chosen, 0], normal[before[chosen], 1]], axis=1),
+        1.0 / np.maximum(np.maximum(bend, bend[before]), np.finfo(float).tiny)[chosen],
     )
 
 
@@ -73,5 +89,12 @@ def _(mesh: SurfaceMesh) -> Corners:
     chosen = (one < other) & (
         (np.abs(angle - math.pi) > SMOOTH) | (mesh.part[one] != mesh.part[other])
     )
-    element = np.column_stack([one[chosen], other[chosen]])
-    return Corners(ends[chosen], element, angle[chosen], np.zeros(element.shape))
+    element, ends = np.column_stack([one[chosen], other[chosen]]), ends[chosen]
+    # of a curved panel its normal in the middle
+    middle = mesh.spheres[0][element]
+    inward = -mesh.normal[mesh.first_node[element]]
+    edge = ends[:, 1] - ends[:, 0]
+    edge = edge / np.maximum(np.linalg.norm(edge, axis=1), np.finfo(float).tiny)[:, None]
+    along = np.cross(inward, edge[:, None])
+    along *= np.sign(np.sum(along * (middle - ends.mean(axis=1)[:, None]), axis=2))[..., None]
+    return Corners(ends, element, angle[chosen], along, inward, np.full(len(ends), np.inf))

@@ -32,7 +32,8 @@ class Number:
     value : (k,) array
         The number, or its components.
     unit : str
-        "stress", "length", "area", "force", "moment", "volume" or "rad".
+        "stress", "length", "area", "force", "moment", "volume" or "rad"; of a K stress and a power
+        of length, as in "stress length^0.5".
     scale : float
         Sum of the sizes of what it was computed from: round-off is a share of it.
     error : float
@@ -44,6 +45,11 @@ class Number:
         Of a maximum [length].
     part : str
         Of the boundary, where a maximum lies; empty inside.
+    beside : (d,) array, optional
+        A place without a bound at whose stated distance the number is the largest, or of whose K
+        it is [length].
+    exponent : float
+        λ of a K: stress is K r^(λ-1); NaN of other numbers.
     """
 
     name: str
@@ -57,6 +63,8 @@ class Number:
     alone: float = 0.0
     place: Array | None = None
     part: str = ""
+    beside: Array | None = None
+    exponent: float = np.nan
 
     @property
     def key(self) -> Key:

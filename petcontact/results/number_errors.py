@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import located, sizes
@@ -23,10 +23,12 @@ from ..refinement.levels import LEAST_GAIN, MOST_GAIN
 from ..round_off import EPS
 from .evaluated import Evaluated, displacement_scale
 from .number import DISPLACEMENT, ENERGY, Key, Number
-from .numbers import end_of, numbers_of, resultant, stress_name
+from .numbers import end_of, numbers_of, resultant
+from .peaks import stress_name
 from .records import PairResult
+from .singular_places import singular_places
+from .strengths import beside
 from .stress_errors import NearStress, stress_change, stresses_near
-from .unbounded import unbounded_places
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "largest p": lambda pair: pair.pressure,
@@ -98,7 +100,8 @@ def _path_change(
         one, two = (end_of(each, number).pairs[number.of] for each in (solution, other))
         if name in FUNCTIONS:
             first, second = (FUNCTIONS[name](pair) for pair in (one, two))
-            return float(np.abs(first - second)[one.state != OPEN].max(initial=0.0))
+            rows = _counted(solution, number)
+            return float(np.abs(first - second)[rows].max(initial=0.0))
         least = float(one.weight @ (STATES[name](one) != STATES[name](two)))
     change = _change(solution, other, number, there.get(number.key), stresses)
     return float(np.maximum(least, change))
@@ -131,7 +134,8 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         for other, gain, there in others:
             change = _change(solution, other, number, there.get(number.key), stresses)
             error = np.fmax(error, change / (max(gain**power, LEAST_GAIN) - 1.0))
-        counted = number.is_resultant or len(others) == 1 or _at_singular(solution, number)
+        slow = not np.isnan(number.exponent) or _at_singular(solution, number)
+        counted = number.is_resultant or len(others) == 1 or slow
         if counted and before is not None and not solution.accuracy.estimates:
             apart = float(np.abs(number.value - before.value).max())
             error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
@@ -177,7 +181,7 @@ def _at_singular(solution: Evaluated, number: Number) -> bool:
     (body, part), end = solution.sides[number.of], end_of(solution, number)
     mesh = solution.meshes[body]
     element = located(mesh, place[None], part, within=sizes(mesh))[0][0]
-    return any(element in each.elements for each in unbounded_places(solution, end)[body])
+    return any(element in each.elements for each in singular_places(solution, end)[body])
 
 
 def _of_slip(solution: Evaluated, number: Number) -> float:
@@ -281,7 +285,7 @@ def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) ->
         FUNCTIONS[number.name](end_of(each, number).pairs[number.of])
         for each in (solution, coarser)
     )
-    rows = end_of(solution, number).pairs[number.of].state != OPEN
+    rows = _counted(solution, number)
     body, part = solution.sides[number.of]
     nodes, mesh = solution.nodes[number.of][rows], solution.meshes[body]
     # at its place, too, which may lie between nodes
@@ -292,6 +296,19 @@ def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) ->
         return float(now.max(initial=0.0))
     at = located(mesh, x[-1:], part, within=sizes(mesh))[0]
     return _of_maximum(now, np.nan_to_num(change), np.append(mesh.element[nodes], at))
+
+
+def _counted(solution: Evaluated, number: Number) -> Mask:
+    """The nodes of a pair whose values count for a maximum: those that are closed, tractions but
+    beside places without a bound."""
+    end = end_of(solution, number)
+    pair = end.pairs[number.of]
+    closed: Mask = np.asarray(pair.state != OPEN)
+    key = {"largest p": "pressure", "largest q": "shear"}.get(number.name)
+    if key is None:
+        return closed
+    values = FUNCTIONS[number.name](pair) * closed
+    return np.asarray(closed & ~beside(solution, end, number.of, key, values).hidden)
 
 
 def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:

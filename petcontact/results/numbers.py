@@ -11,17 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, shown
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..round_off import EPS, SOLVED, first_largest
+from ..round_off import EPS, SINGLE, SOLVED, first_largest
 from .contact_zones import areas, between_nodes, hidden_slip
 from .evaluated import Evaluated
 from .number import DISPLACEMENT, ENERGY, Number
-from .peaks import QUANTITIES, stress_peaks
+from .peaks import stress_peaks
 from .records import PairResult, StepResult
-from .unbounded import Unbounded, unbounded_places
+from .singular_places import singular_places
+from .strengths import CRACK, beside, fits
 
 ACROSS, LOOKED_AT = (9, 33), (8, 1)
 """Places along each direction of an element at which a maximum is looked for between the nodes,
@@ -41,10 +42,10 @@ class _OfStep:
         self,
         solution: Evaluated,
         increments: list[StepResult],
-        places: dict[str, list[Unbounded]],
     ) -> None:
         self._solution, self._increments, self._step = solution, increments, increments[-1]
-        self._unbounded = places
+        self._fits = fits(solution, self._step)
+        self._places = singular_places(solution, self._step)
         # bodies of revolution without torsion cannot turn
         turns = any(mesh.motions.planes for mesh in solution.meshes.values())
         self._units = {"length", "force", *(("rad", "moment") if turns else ())}
@@ -64,6 +65,7 @@ class _OfStep:
             yield from self._resultants(name)
             yield from self._of_contact(name)
         yield from self._of_obstacles()
+        yield from self._strengths()
         yield from self._displaced()
         yield from self._held()
 
@@ -82,14 +84,13 @@ class _OfStep:
         """Yield the largest tractions and slip, the areas, the energy and the wear of a pair."""
         pair = self._step.pairs[name]
         closed = pair.state != OPEN
-        yield self._largest("largest p", name, np.where(closed, pair.pressure, 0.0), "stress")
+        pressure = np.where(closed, pair.pressure, 0.0)
+        yield self._largest_traction("largest p", name, pressure, "pressure")
         contact = self._contact(name)
         hidden, far, taken, bound = hidden_slip(*contact, self._singular(name))
         q = lengths(pair.sigma_t) * closed
         left = max(0.0, bound - float(q.max()))
-        posed = {each.name: each for each in self._solution.posed.interfaces}[name]
-        given = posed.law.friction_bound is not None  # no shear is larger
-        yield self._largest("largest q", name, q, "stress", alone=left, bounded=given)
+        yield self._largest_traction("largest q", name, q, "shear", left)
         for word, (size, alone) in zip(("contact area", "slipping"), areas(*contact), strict=True):
             left = alone + hidden * (word == "slipping")
             yield self._number(word, name, size, "area", float(pair.weight.sum()), alone=left)
@@ -126,26 +127,49 @@ class _OfStep:
 
     def _singular(self, of: str) -> list[int]:
         """Return the elements of a secondary at places where stress has no bound."""
-        places = self._unbounded.get(self._solution.sides[of][0], [])
+        places = self._places[self._solution.sides[of][0]]
         return [element for place in places for element in place.elements]
 
     def _largest(
-        self,
-        word: str,
-        of: str,
-        values: Array,
-        unit: str,
-        scale: float = 0.0,
-        alone: float = 0.0,
-        bounded: bool = False,
+        self, word: str, of: str, values: Array, unit: str, scale: float = 0.0, alone: float = 0.0
     ) -> Number:
-        """Return the maximum of a function on elements; a stress may have no bound."""
+        """Return the maximum of a function on elements."""
         body, _ = self._solution.sides[of]
-        mesh, nodes = self._solution.meshes[body], self._solution.nodes[of]
-        top, place, element = maximum(mesh, nodes, values)
-        singular = unit == "stress" and not bounded and element in self._singular(of)
-        error = np.inf if singular and top > 0.0 else np.nan
-        return self._number(word, of, top, unit, scale, place=place, error=error, alone=alone)
+        top, place, _ = maximum(self._solution.meshes[body], self._solution.nodes[of], values)
+        return self._number(word, of, top, unit, scale, place=place, alone=alone)
+
+    def _largest_traction(
+        self, word: str, of: str, values: Array, key: str, alone: float = 0.0
+    ) -> Number:
+        """Return the maximum of a traction that may have no bound."""
+        near = beside(self._solution, self._step, of, key, values)
+        mesh, nodes = self._solution.meshes[self._solution.sides[of][0]], self._solution.nodes[of]
+        kept = values if near.endless is not None else np.where(near.hidden, 0.0, values)
+        top, place, _ = maximum(mesh, nodes, kept)
+        if near.endless is None or not top > 0.0:
+            return self._number(word, of, top, "stress", place=place, alone=alone)
+        return self._number(word, of, top, "stress", place=near.endless, error=np.inf, alone=alone)
+
+    def _strengths(self) -> Iterator[Number]:
+        """Yield K of each place without a bound, in the order of their exponents."""
+        for place, found in itertools.groupby(self._fits, key=lambda each: each.place):
+            modes = sorted(found, key=lambda each: each.power)
+            where = shown(np.where(np.abs(place.x) < SINGLE * place.size, 0.0, place.x), 6)
+            for k, fit in enumerate(modes, 1):
+                own = f"_{fit.mode.name}" if fit.is_crack else f"_{k}" * (len(modes) > 1)
+                unit = CRACK if fit.is_crack else 1.0
+                yield Number(
+                    f"K{own} at {where} ({place.sides})",
+                    place.body,
+                    self._step.step,
+                    self._step.cycle,
+                    np.array([unit * fit.value]),
+                    f"stress length^{-fit.power:.4g}",
+                    place=place.x,
+                    beside=place.x,
+                    exponent=fit.mode.exponent.real,
+                    alone=unit * fit.spread,
+                )
 
     def _of_obstacles(self) -> Iterator[Number]:
         force, moment = np.sum([(0.0, 0.0), *self._acting.values()], axis=0).tolist()
@@ -217,8 +241,7 @@ def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:
     by_step = itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle))
     steps = [list(some) for _, some in by_step]
     for increments in steps:
-        places = unbounded_places(solution, increments[-1]) if peaks else {}
-        numbers += _OfStep(solution, increments, places).all()
+        numbers += _OfStep(solution, increments).all()
     return [*numbers, *(stress_peaks(solution, [each[-1] for each in steps]) if peaks else [])]
 
 
@@ -255,8 +278,3 @@ def _between(
     j = first_largest(values)
     place = mesh.at(number[j : j + 1], at[j : j + 1])[0][0]
     return values.reshape(len(element), -1).max(axis=1), (float(values[j]), place, int(number[j]))
-
-
-def stress_name(number: Number) -> str:
-    """Return the attribute of a `StressState` of which a number is the maximum, or ""."""
-    return next((key for name, key in QUANTITIES.items() if number.name.startswith(f"{name} ")), "")

@@ -1,13 +1,15 @@
 """The largest stresses of a solution, in its bodies and on their surfaces.
 
-Stress is sampled on the boundary, below every contact and all over the body. Where it has no bound
-(`unbounded`) the samples say how near they lie, and no more: such a place is named, and stress
-within its reach, which does not depend on the mesh, is left out. Of the samples that are left the
-largest counts; inside the body it is climbed to its top.
+Stress is sampled on the boundary, below every contact and all over the body. The largest that has a
+bound is the largest of those samples that are tops: no sample within half its distance from the
+next place without a bound is larger. It is climbed to its top. At a place without a bound whose
+K r^(λ-1) exceeds that at the place's stated distance, stress is told at this distance; other places
+only hide what is nearer to them than where K r^(λ-1) is as large as what is elsewhere.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -15,12 +17,13 @@ import numpy as np
 
 from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
-from ..round_off import SINGLE, SUMMED, first_largest
+from ..round_off import SUMMED, first_largest
 from .evaluated import Evaluated
 from .number import Number
 from .peak_places import places_inside
 from .records import StepResult, step_ends
-from .unbounded import Unbounded, unbounded_places
+from .singular_places import Place, singular_places
+from .strengths import end_size, known, level, told_at, tops
 
 QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
 """Of `StressState`, by their names in the verdict."""
@@ -40,14 +43,18 @@ SHALLOW = 0.5
 of the surface: displacements jump from element to element, and the stress that a jump makes falls
 like 1/r. Below the edge of a pressure of 100 on a bolted plate the first principal one was 390, 88,
 40 and 6 at 0.02, 0.1, 0.2 and 0.5, and 19 is the largest on the surface."""
+TRIED = 8
+"""Samples that are climbed from, the largest first, until one leads to a top."""
+ROUND = 25
+"""Places on the arc about a place without a bound, first from side to side, then about the best."""
 
 
 def stress_peaks(solution: Evaluated, ends: Sequence[StepResult] | None = None) -> list[Number]:
-    """Return the largest stresses of `QUANTITIES`, where they are finite somewhere, after some
-    increments, by default the ends of steps: inside, on the surface, and where they have no bound.
+    """Return the largest stresses of `QUANTITIES` after some increments, by default the ends of
+    steps: inside, on the surface, beside a place without a bound, and where there is none.
 
-    They are those away from places without a bound; there is none where all stress only falls from
-    these, and none inside unless it is larger there than on the surface.
+    There is none with a bound where all stress only falls from such places, and none inside unless
+    it is larger there than on the surface.
     """
     # numbers of an altered file, or of a solve that failed, may overflow
     with np.errstate(all="ignore"):
@@ -56,27 +63,68 @@ def stress_peaks(solution: Evaluated, ends: Sequence[StepResult] | None = None) 
         return [number for name in QUANTITIES for number in _largest(samples, name)]
 
 
+def unbounded_places(solution: Evaluated, numbers: Sequence[Number]) -> dict[str, list[Place]]:
+    """Return the places of each body at which numbers say that stress has no bound."""
+    endless = [each for each in numbers if stress_name(each) and np.isinf(each.error)]
+
+    def is_one(place: Place, number: Number) -> bool:
+        at = number.place is not None and place.away(number.place[None])[0] == 0.0
+        return (number.of, number.part) == (place.body, place.sides) and (place.is_edge or at)
+
+    return {
+        body: [place for place in places if any(is_one(place, each) for each in endless)]
+        for body, places in singular_places(solution, solution.last).items()
+    }
+
+
+def stress_name(number: Number) -> str:
+    """Return the attribute of a `StressState` of which a number is the maximum, or ""."""
+    return next((key for name, key in QUANTITIES.items() if number.name.startswith(f"{name} ")), "")
+
+
 def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
     """Return the largest of one stress over bodies and steps."""
     key = QUANTITIES[name]
-    peaks = [(peak, some) for some in samples for peak in some.peaks(key)]
-    tops, above = list[Number | None](), -np.inf
-    for on in (True, False):
-        of_kind = (each for each in peaks if bool(each[0].part) == on)
-        largest = max(of_kind, key=lambda each: float(each[0].value[0]), default=None)
-        tops.append(largest and largest[1].top(key, largest[0], above))
-        above = float(tops[0].value[0]) + MORE * tops[0].size if tops[0] else above
-    unbounded = {
-        (some.body, place.sides): some.without_bound(name, place)
-        for some in reversed(samples)
-        for place in some.exceeding(key, tops[0])
-    }
+    for some in samples:
+        some.hide_all()
+    first = _tops(samples, key)
+    bound = max((float(top.value[0]) for top in first if top), default=0.0)
+    endless = [(*each, some) for some in samples for each in some.settle(key, bound)]
+    tops = _tops(samples, key)
     named = [
         replace(top, name=f"{name} stress {where}", alone=FINEST**2 * top.size)
         for top, where in zip(reversed(tops), ("inside", "on the surface"), strict=True)
         if top is not None
     ]
+    endless.sort(key=lambda each: -each[0])
+    # where nothing has a top it is told beside other places
+    every = [(0.0, place, some) for some in samples for place in some.places]
+    at = endless or ([] if named else every)
+    beside = [some.beside(f"{name} stress", key, place) for _, place, some in at[:TRIED]]
+    largest = max(beside, key=lambda each: float(each.value[0]), default=None)
+    if largest and float(largest.value[0]) > max(
+        (float(each.value[0]) for each in named), default=0.0
+    ):
+        named.append(largest)
+    unbounded = dict[object, Number]()
+    for _, place, some in endless:
+        where = None if place.is_edge else tuple(place.x)
+        unbounded.setdefault((some.body, place.sides, where), some.without_bound(name, place))
     return [*named, *unbounded.values()]
+
+
+def _tops(samples: Sequence[_Samples], key: str) -> list[Number | None]:
+    """The largest stress that has a bound on the surface, and inside where it is larger there."""
+    tops, above = list[Number | None](), -np.inf
+    for inside in (False, True):
+        found = ((peak, some) for some in samples for peak in some.peaks(key, inside))
+        top = None
+        for peak, some in sorted(found, key=lambda each: -float(each[0].value[0]))[:TRIED]:
+            if (top := some.top(key, peak, above)) is not None:
+                break
+        tops.append(top)
+        above = float(top.value[0]) + MORE * top.size if top else above
+    return tops
 
 
 def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> str:
@@ -87,7 +135,7 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
     k = first_largest(stress)
     near = [
         each.sides
-        for each in unbounded_places(solution, solution.last)[body]
+        for each in singular_places(solution, solution.last)[body]
         if each.leaves_out(points[k : k + 1])[0]
     ]
     where = f", next to {near[0]}, where stress has no bound" if near else ""
@@ -98,62 +146,112 @@ class _Samples:
     """Stress of a body after a step at samples: on its boundary first, then inside."""
 
     def __init__(self, solution: Evaluated, body: str, step: StepResult) -> None:
-        self._fields, self.body, self._step = solution.body_fields(body, step), body, step
-        self._places = unbounded_places(solution, step)[body]
+        self._solution, self.body, self._step = solution, body, step
+        self._fields = solution.body_fields(body, step)
+        self.places = singular_places(solution, step)[body]
+        self.hide_all()
         mesh = self._fields.mesh
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
-        inside = inside[~(self._too_near(inside) | self._near_unbounded(inside))]
-        beyond, foot = located(mesh, self._around(boundary.x), within=sizes(mesh))
-        self._element = np.append(element, beyond[beyond >= 0])
-        self._states = [boundary, self._fields.on_boundary(beyond[beyond >= 0], foot[beyond >= 0])]
+        inside = inside[~self._too_near(inside)]
+        self._element, self._states = element, [boundary]
         if self._fields.known and len(inside):
             self._states.append(self._fields.at(inside, outside=np.nan))
         self._x = np.vstack([state.x for state in self._states])
-        self._beside = self._near_unbounded(self._x)
+        self._away = np.min(
+            [np.full(len(self._x), np.inf), *(place.away(self._x) for place in self.places)],
+            axis=0,
+        )
         u, material = self._fields.found.u, self._fields.body.material
-        strain = float(np.abs(u).max()) / float(np.ptp(mesh.x, axis=0).max())
+        self._whole = float(np.ptp(mesh.x, axis=0).max())
+        strain = float(np.abs(u).max()) / self._whole
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
         # a rigid motion leaves round-off of E times displacement over the size of the body
         self._least = max(NOTHING * largest, SUMMED * material.young_modulus * strain)
 
-    def without_bound(self, name: str, place: Unbounded) -> Number:
+    def hide_all(self) -> None:
+        """Leave out what is nearer to any place than where the stress beside it is told, or in
+        elements that end there."""
+        mesh = self._fields.mesh
+        self._reach = {each: max(each.distance, end_size(mesh, each)) for each in self.places}
+
+    def settle(self, key: str, bound: float) -> list[tuple[float, Place]]:
+        """Find the places where a stress has no bound, beside one that has: that stress at their
+        distances, and the places. Others leave out less."""
+        values, endless = self._values(key)[: len(self._element)], list[tuple[float, Place]]()
+        bound = max(bound, self._least)
+        for place in self.places:
+            own = known(self._solution, self._step, place)
+            stress = told_at(own, key)
+            elsewhere = max(bound, level(place.away(self._x), place, self._values(key)) - stress)
+            # beside a stress without a bound others are not resolved
+            sizes_of = [(fit, fit.amplitude("von_mises")) for fit in own]
+            hidden = [fit.hides(self._fields.mesh, size, elsewhere) for fit, size in sizes_of]
+            ends = stress > elsewhere
+            if not own:  # no more is known than what lies next to it
+                near = np.isin(self._element, place.elements)
+                stress = float(values[near].max(initial=0.0)) if near.any() else np.inf
+                ends, hidden = stress > bound, [place.distance]
+            if ends:
+                endless.append((stress, place))
+            self._reach[place] = max(hidden)
+        return endless
+
+    def without_bound(self, name: str, place: Place) -> Number:
         """Return the number that says that a stress has no bound at a place, in no step."""
+        where = "" if place.is_edge else f" {shown(place.x)}"
         end = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
-        return Number(f"{name} stress at {place.sides}", self.body, *end, place.x, place.sides)
+        name = f"{name} stress at {place.sides}{where}"
+        return Number(name, self.body, *end, place.x, place.sides, place.x)
 
-    def peaks(self, key: str) -> Iterator[Number]:
-        """Yield the largest samples on the boundary and inside, away from unbounded places; they
-        have no names yet."""
-        values = self._values(key)
-        count = len(self._element)
-        usable = np.isfinite(values) & ~self._beside
-        for rows in (np.arange(count), np.arange(count, len(values))):
-            rows = rows[usable[rows]]
-            if len(rows):
-                k = int(rows[first_largest(values[rows])])
-                mesh = self._fields.mesh
-                part = mesh.part_names[mesh.part[self._element[k]]] if k < count else ""
-                end = self._step.step, self._step.cycle, values[k : k + 1], "stress"
-                yield Number("", self.body, *end, place=self._x[k], part=part)
+    def beside(self, name: str, key: str, place: Place) -> Number:
+        """Return the largest stress at the distance of a place without a bound."""
+        low, high, best, x = 0.0, place.angle, -np.inf, place.x
+        for _ in range(2):
+            theta = np.linspace(low, high, ROUND)
+            way = np.outer(np.cos(theta), place.along) + np.outer(np.sin(theta), place.inward)
+            state = self._fields.at(place.x + place.distance * way, outside=np.nan)
+            values = np.nan_to_num(getattr(state, key), nan=-np.inf)
+            k = first_largest(values)
+            if values[k] > best:
+                best, x = float(values[k]), state.x[k]
+            low, high = theta[max(k - 1, 0)], theta[min(k + 1, ROUND - 1)]
+        mesh, end = self._fields.mesh, (self._step.step, self._step.cycle)
+        element = int(located(mesh, x[None])[0][0])
+        part = mesh.part_names[mesh.part[element]] if element >= 0 else ""
+        value = np.array([max(best, 0.0)])
+        return Number(
+            f"{name} beside {place.sides}",
+            self.body,
+            *end,
+            value,
+            "stress",
+            alone=FINEST * best,
+            place=x,
+            part=part,
+            beside=place.x,
+        )
 
-    def exceeding(self, key: str, peak: Number | None) -> list[Unbounded]:
-        """Return the unbounded places next to which a sample is larger than a peak."""
-        values = self._values(key)[: len(self._element)]
-        bound = self._least if peak is None else max(float(peak.value[0]), self._least)
-        return [
-            place
-            for place in self._places
-            if not place.elements or values[np.isin(self._element, place.elements)].max() > bound
-        ]
+    def peaks(self, key: str, inside: bool) -> Iterator[Number]:
+        """Yield the largest samples that are tops, on the boundary or inside; they have no names
+        yet."""
+        values, count, mesh = self._values(key), len(self._element), self._fields.mesh
+        # inside nothing is larger, on the surface nothing on it
+        seen = len(values) if inside else count
+        usable = np.isfinite(values) & ~self._near_unbounded(self._x)
+        usable[:count] &= not inside
+        rows = tops(self._x[:seen], values[:seen], self._away[:seen], usable[:seen])
+        for k in itertools.islice(rows, TRIED):
+            part = "" if inside else mesh.part_names[mesh.part[self._element[k]]]
+            end = self._step.step, self._step.cycle, values[k : k + 1], "stress"
+            yield Number("", self.body, *end, place=self._x[k], part=part)
 
     def top(self, key: str, peak: Number, above: float) -> Number | None:
-        """The top near a sample; None where it is not above a bound, or where the way up leads
-        inside to a place without a bound.
+        """The top near a sample; None where it is not above a bound, or where the way up leads to a
+        place without a bound.
 
         Between places of a grid stress is larger than at the best of them by less than it varies
-        from place to place. On the surface the way leads no nearer to a place without a bound than
-        its reach, so that what is found does not depend on where the samples lie.
+        from place to place.
         """
         value, place = float(peak.value[0]), peak.place
         assert place is not None  # those of `peaks` have one
@@ -163,11 +261,9 @@ class _Samples:
         step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[len(place) + 1])
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place + step * ways, peak.part)
-            beside = self._near_unbounded(x)
-            values[beside & bool(peak.part)] = -np.inf
             k, reached = first_largest(values), 0.0
             if values[k] > value + FINEST**2 * abs(value):
-                if beside[k]:
+                if self._near_unbounded(x[k : k + 1])[0]:
                     return None
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
@@ -201,17 +297,6 @@ class _Samples:
             state = self._fields.at(points[~self._too_near(points)], outside=np.nan)
         return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
 
-    def _around(self, x: Array) -> Array:
-        """The points just beyond the reach of places without a bound that are nearest to points
-        (n, d) farther out, where stress may be largest."""
-        beyond = [np.zeros((0, x.shape[1]))]
-        for place in self._places:
-            away = place.away(x)
-            out = (away > place.reach) & (away < 2.0 * place.reach)
-            share = ((1.0 + SINGLE) * place.reach / away[out])[:, None]
-            beyond.append((1.0 - share) * place.nearest_to(x[out]) + share * x[out])
-        return np.vstack(beyond)
-
     def _too_near(self, x: Array) -> Mask:
         """Which points (q, d) inside are nearer to an element than `SHALLOW` times its size."""
         reach = SHALLOW * sizes(self._fields.mesh)
@@ -219,7 +304,7 @@ class _Samples:
 
     def _near_unbounded(self, x: Array) -> Mask:
         """Which points (q, d) lie next to places without a bound."""
-        left_out = (place.leaves_out(x) for place in self._places)
+        left_out = (place.away(x) < reach for place, reach in self._reach.items())
         return np.asarray(np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
 
     def _values(self, key: str) -> Array:

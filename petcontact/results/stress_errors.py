@@ -19,9 +19,9 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from .corners import corners_of
 from .evaluated import Evaluated
 from .number import Key, Number
-from .numbers import end_of, stress_name
-from .peaks import FINEST
-from .unbounded import unbounded_places
+from .numbers import end_of
+from .peaks import FINEST, stress_name
+from .singular_places import singular_places
 
 BESIDE, INSIDE = 4, 0.2
 """Places at which a stress is compared on the boundary, the nearest that there are, and how far
@@ -132,8 +132,10 @@ def _places(solution: Evaluated, number: Number, place: Array) -> tuple[Array, A
     element, state = solution.boundary_state(number.of, end)
     parts = np.array(mesh.part_names)[mesh.part[element]]
     away, stress = np.linalg.norm(state.x - place, axis=1), getattr(state, stress_name(number))
-    rival = 2.0 * stress > number.value[0]
-    for each in unbounded_places(solution, end)[number.of]:
+    # what is larger is no top
+    rival = (2.0 * stress > number.value[0]) & (stress <= number.value[0])
+    rival &= number.beside is None
+    for each in singular_places(solution, end)[number.of]:
         rival &= ~each.leaves_out(state.x)
         rival &= ~np.isin(element, each.elements)
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]

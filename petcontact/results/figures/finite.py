@@ -6,29 +6,22 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Mask
-from ...mesh.boundary_mesh import BoundaryMesh
 from ...round_off import SOLVED
 from ..data import SolutionData
-from ..unbounded import NEAR, Unbounded, unbounded_places
+from ..singular_places import Place, singular_places
 
 ABOVE = 0.5
 """Of an axis that ends below the largest value, over the values that it shows away from corners:
 how a curve grows towards its corner is seen."""
 
 
-def away_from(
-    mesh: BoundaryMesh, places: Sequence[Unbounded], x: Array, size: float | None = None
-) -> Mask:
-    """Which points (m, d) of a body lie away from places without a bound, by `NEAR` times a size,
-    that of the body by default."""
-    near = np.isin(mesh.element, [element for place in places for element in place.elements])
-    points = np.vstack([mesh.x[near], *(place.x for place in places)])
-    reach = NEAR * (float(np.ptp(mesh.x, axis=0).max()) if size is None else size)
-    from_edges = np.min([place.away(x) for place in places], axis=0)
-    return np.asarray(np.minimum(scipy.spatial.cKDTree(points).query(x)[0], from_edges) >= reach)
+def away_from(places: Sequence[Place], x: Array) -> Mask:
+    """Which points (m, d) of a body lie no nearer to places without a bound than where stress
+    beside them is told."""
+    left_out = [place.leaves_out(x) for place in places]
+    return np.asarray(~np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
 
 
 def without_noise(solution: SolutionData, traction: Array) -> Array:
@@ -43,11 +36,10 @@ def shown_range(
     """Between which values tractions (m,) of an interface are shown: near those away from corners
     where they have no bound; None where they are shown whole."""
     body, pair = solution.sides[name][0], solution.pairs[name]
-    places = unbounded_places(solution, solution.last)[body]
+    places = singular_places(solution, solution.last)[body]
     if not places:
         return None
-    size = float(np.ptp(pair.x, axis=0).max())
-    away = away_from(solution.meshes[body], places, pair.x, size)
+    away = away_from(places, pair.x)
     every = np.array([np.append(curve, 0.0) for curve in curves])
     shown = every[:, np.append(away, True)]
     room = ABOVE * float(np.ptp(shown))

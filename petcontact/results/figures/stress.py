@@ -19,8 +19,8 @@ from ...runtime.figure_style import label, legend_below, plain, save
 from ...runtime.hints import demand_name
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
-from ..peaks import QUANTITIES
-from ..unbounded import Unbounded, unbounded_places
+from ..peaks import QUANTITIES, unbounded_places
+from ..singular_places import Place
 from ..verdict.text import KEPT, place_of
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside, within
 from ..vtu.places import Places
@@ -226,7 +226,7 @@ def largest_known(
         and (number.step, number.cycle) == (last.step, last.cycle)
         and number.of in bodies
         and number.place is not None
-        and not np.isinf(number.error)
+        and number.beside is None
     ]
 
 
@@ -235,10 +235,10 @@ def _drawn(picture: Picture, field: Field) -> Array:
     return np.asarray(field.x + picture.view.factor * field.u[:, : field.x.shape[1]])
 
 
-def _places(solution: SolutionData, picture: Picture, body: str) -> list[Unbounded]:
+def _places(solution: SolutionData, picture: Picture, body: str) -> list[Place]:
     """Where the quantity has no bound."""
     stress = not picture.quantity.startswith("u")
-    return unbounded_places(solution, solution.last)[body] if stress else []
+    return unbounded_places(solution, solution.numbers)[body] if stress else []
 
 
 def _without(solution: SolutionData, picture: Picture) -> str:
@@ -256,10 +256,10 @@ def _without(solution: SolutionData, picture: Picture) -> str:
 def _top(solution: SolutionData, picture: Picture, body: str, x: Array, values: Array) -> int:
     """Number of the largest of values (n,) in size, at points (n, d) of a body, away from where
     they have no bound."""
-    mesh, places = solution.meshes[body], _places(solution, picture, body)
+    places = _places(solution, picture, body)
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0)
     if places:
-        away = away_from(mesh, places, x)
+        away = away_from(places, x)
         sizes = np.where(away, sizes, -1.0) if away.any() else sizes
     return int(np.argmax(sizes))
 

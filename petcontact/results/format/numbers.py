@@ -59,5 +59,7 @@ def _number(row: Any, source: str) -> Number:
     unknown = np.nan if row["bounded"] else np.inf
     values["error"] = unknown if values["error"] is None else float(values["error"])
     values["value"] = np.array(values["value"], dtype=float)
-    values["place"] = None if row["place"] is None else np.array(row["place"], dtype=float)
+    values["exponent"] = np.nan if row["exponent"] is None else float(row["exponent"])
+    for key in ("place", "beside"):
+        values[key] = None if row[key] is None else np.array(row[key], dtype=float)
     return Number(**values)

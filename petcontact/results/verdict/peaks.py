@@ -16,8 +16,8 @@ LISTED = 3
 
 
 def peak_lines(tell: Teller) -> list[str]:
-    """The largest von Mises and first principal stress, inside and on the surface, and where stress
-    has no bound."""
+    """The largest von Mises and first principal stress, inside, on the surface and beside a place
+    without a bound, and where stress has none, with its K."""
     lines, unbounded = list[str](), dict[str, None]()
     for name in QUANTITIES:
         stresses = [
@@ -27,7 +27,8 @@ def peak_lines(tell: Teller) -> list[str]:
         for number in stresses:
             if np.isinf(number.error) and number.place is not None:
                 place = place_of(number.place, tell.size)
-                unbounded[f"{place} ({_named(number.of, printable(number.part))})"] = None
+                named = _named(number.of, printable(number.part))
+                unbounded[f"{place} ({', '.join([named, *_strengths(tell, number)])})"] = None
             else:
                 words.append(_words(number, tell))
         if words:
@@ -41,12 +42,31 @@ def peak_lines(tell: Teller) -> list[str]:
     return lines
 
 
+def _strengths(tell: Teller, place: Number) -> list[str]:
+    """The largest K of each mode at a place without a bound, and its λ."""
+    largest = dict[str, Number]()
+    for each in sorted(tell.numbers.values(), key=lambda each: each.size):
+        at = each.beside if each.of == place.of and not np.isnan(each.exponent) else None
+        if at is not None and not np.any(at != place.place):
+            largest[each.name] = each
+    return [
+        f"{name.partition(' ')[0]} {tell.number(each, place=False)}, λ {each.exponent:.4g}"
+        for name, each in largest.items()
+    ]
+
+
 def _words(number: Number, tell: Teller) -> str:
     if number.size == 0.0:
         return "0"
-    where = "on the surface" if number.part else "inside"
-    name = _named(number.of, printable(number.part))
-    text = f"{tell.number(number)} {where}" + (f" ({name})" if name else "")
+    if number.beside is not None and number.place is not None:
+        away = float(np.linalg.norm(number.place - number.beside))
+        place, text = place_of(number.beside, tell.size), tell.number(number, place=False)
+        sides = _named(number.of, printable(number.name.partition(" beside ")[2]))
+        text += f" {away:.3g} from {place} ({sides}), where it has no bound"
+    else:
+        where = "on the surface" if number.part else "inside"
+        name = _named(number.of, printable(number.part))
+        text = f"{tell.number(number)} {where}" + (f" ({name})" if name else "")
     if len(tell.solution.problem.step) > 1:
         text += f" in step {number.step}"
     return text

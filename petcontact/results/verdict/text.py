@@ -42,6 +42,8 @@ def told(number: Number, unit: str = "", others: bool = False) -> str:
     after = f" {printable(unit)}" if unit else ""
     if np.isinf(error):
         return "without a bound"
+    if np.isnan(value).any():
+        return "not known"
     if error > 0.0 and error >= number.size:
         return f"below {rounded_up(number.size + error)}".replace(" ", KEPT) + after
     # a component that is less than half of the error says nothing
@@ -100,6 +102,8 @@ def unit_of(kind: str, units: Units, power: int) -> str:
         return getattr(units, kind) or ""
     if kind == "rad":
         return "rad"
+    if kind.startswith("stress "):  # of a K
+        return f"{stress} {length}{kind.partition('length')[2]}" if stress and length else ""
     power += POWERS[kind]
     if kind in ("area", "volume"):
         return f"{length}{' ²³'[power - 1].strip()}" if length else ""

@@ -1,0 +1,461 @@
+"""Where the stress of a body has no bound: corners and edges, by the conditions beside them.
+
+Displacements behave like r^λ there, and stresses like r^(λ-1). The exponent λ follows from the
+angle, and from what the two sides do: they are free, held, slide, or touch another body (see
+`refinement.corner_exponents`). A contact counts as what it does in the solution: what is open is
+free, what slips slides. A corner that presses on the smooth side of another body makes the stress
+of that body unbounded, too.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Index, Mask
+from ..contact.law_protocol import OPEN, SLIP
+from ..fields.boundary.places import meeting, sizes
+from ..geometry.rotation import lifted
+from ..given.conditions import Condition, Displacement, Periodic
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
+from ..refinement.corner_modes import (
+    Expansion,
+    corner_expansion,
+    joint_expansions,
+    shear_expansion,
+)
+from ..refinement.panels.edges import SMOOTH
+from ..refinement.singular_points import kinds_seen
+from ..round_off import SINGLE
+from .corners import Corners, corners_of
+from .evaluated import Evaluated
+from .records import PairResult, StepResult
+
+SHARE = 0.1
+"""Distance from a place without a bound at which the stress beside it is told, over the size of its
+feature. It is a definition: stress falls from there without an end. The feature is as large as the
+distance to the next corner or edge, or as the radius of a side that is an arc, if that is less."""
+MOST = 0.5
+"""Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the stress of a body has no bound.
+
+    Attributes
+    ----------
+    body : str
+    ends : (2, d) array
+        Of an edge; a point is both its ends [length].
+    elements : tuple of int
+        Elements of the body that meet there; none where a force acts inside.
+    sides : str
+        The parts that meet there, or what presses there.
+    size : float
+        Of its feature [length].
+    along, inward : (d,) arrays
+        Unit vectors in which the modes are given: along the side θ = 0, away from the place, and
+        into the body.
+    angle : float
+        Of the body [rad].
+    expansions : tuple of Expansion
+        How stress grows towards it, in the plane across it and out of that; none where it grows
+        like 1/r under a force, or like a logarithm under an apex.
+    pressed : bool
+        Whether the side θ = 0 is in contact that may part or slide: K is that of the pressure.
+    """
+
+    body: str
+    ends: Array
+    elements: tuple[int, ...]
+    sides: str
+    size: float
+    along: Array
+    inward: Array
+    angle: float = math.pi
+    expansions: tuple[Expansion, ...] = ()
+    pressed: bool = False
+
+    @property
+    def x(self) -> Array:
+        """The middle (d,) [length]."""
+        return np.asarray(self.ends.mean(axis=0))
+
+    @property
+    def is_edge(self) -> bool:
+        """Whether it is a line in space."""
+        return bool(np.any(self.ends[0] != self.ends[1]))
+
+    @property
+    def width(self) -> float:
+        """How far beside it in space nodes count as beside it: the length of an edge [length]."""
+        length = float(np.linalg.norm(self.ends[1] - self.ends[0]))
+        return length or self.distance
+
+    @property
+    def distance(self) -> float:
+        """How far from it the stress beside it is told [length]."""
+        return SHARE * self.size
+
+    def nearest_to(self, x: Array) -> Array:
+        """The nearest points of the edge to points (n, d), (n, d) [length]."""
+        start, along = self.ends[0], self.ends[1] - self.ends[0]
+        share = (x - start) @ along / max(float(along @ along), np.finfo(float).tiny)
+        return np.asarray(start + np.clip(share, 0.0, 1.0)[:, None] * along)
+
+    def away(self, x: Array) -> Array:
+        """The distances of points (n, d) from the edge, (n,) [length]."""
+        return np.asarray(np.linalg.norm(x - self.nearest_to(x), axis=1))
+
+    def leaves_out(self, x: Array) -> Mask:
+        """Which points (n, d) are nearer than where the stress beside it is told."""
+        return np.asarray(self.away(x) < self.distance)
+
+
+def singular_places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
+    """Return the places of each body after an increment."""
+    return solution.once("singular", step, lambda: _places(solution, step))
+
+
+def _places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
+    bodies = {name: _Body(solution, name, step) for name in solution.meshes}
+    places: dict[str, list[Place]] = {name: [] for name in bodies}
+    for body in bodies.values():
+        found = (body.at_corners(bodies), body.at_edges_of_gaps(), body.at_forces())
+        for place in itertools.chain(*found):
+            places[place.body].append(place)
+    return places
+
+
+@dataclass(frozen=True)
+class _Partner:
+    """What a side of a body may touch.
+
+    Attributes
+    ----------
+    pair : PairResult
+    body, part : str
+        The other body, or empty for what is rigid, and its part.
+    stiffer : float
+        Its shear modulus over that of the body.
+    bonded : bool
+    coulomb : bool
+        Whether friction grows with pressure: beside one without a bound a given bound is nothing.
+    """
+
+    pair: PairResult
+    body: str
+    part: str
+    stiffer: float
+    bonded: bool
+    coulomb: bool
+
+
+@dataclass(frozen=True)
+class _Touching:
+    """A side that touches something at a corner.
+
+    Attributes
+    ----------
+    partner : _Partner
+    friction : float
+        σ_rθ over σ_θθ where it slips, infinite where it sticks, with θ = 0 on this side.
+    normal, along : (d,) arrays
+        Along which it faces the partner, one way or the other, and along the side, away from the
+        corner.
+    """
+
+    partner: _Partner
+    friction: float
+    normal: Array
+    along: Array
+
+    @property
+    def kind(self) -> SideKind:
+        """What it is as seen from a rigid partner."""
+        return Slip(self.friction) if math.isfinite(self.friction) else CLAMPED
+
+
+Does = _Touching | SideKind
+"""What a side of a corner does: what it touches, or what kind it is."""
+
+
+def _kind(does: Does) -> SideKind:
+    return does.kind if isinstance(does, _Touching) else does
+
+
+def _firmness(does: Does) -> int:
+    """Of the two sides that with the larger number is θ = 0."""
+    return 3 if isinstance(does, _Touching) else {CLAMPED: 2, FREE: 0}.get(str(does), 1)
+
+
+def _faced(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple[Index, Index]:
+    """The nodes of a primary, at points (n, d), that face the secondary, whose nodes have elements
+    of half lengths (m,), and the node of that each; what reaches beyond faces nothing."""
+    rows = scipy.spatial.cKDTree(pair.x).query(x)[1]
+    away, normal = x - pair.x[rows], pair.normal[rows]
+    away -= np.sum(away * normal, axis=1)[:, None] * normal
+    faces = np.linalg.norm(away, axis=1) < (1.0 + SINGLE) * size[rows]
+    return nodes[faces], rows[faces]
+
+
+class _Body:
+    """A body after an increment: its corners, and what its elements touch."""
+
+    def __init__(self, solution: Evaluated, name: str, step: StepResult) -> None:
+        self._solution, self._step, self._name = solution, step, name
+        self._mesh: BoundaryMesh = solution.meshes[name]
+        self._body = solution.posed.bodies[list(solution.meshes).index(name)]
+        self._conditions: Mapping[str, Condition] = self._body.conditions[step.step - 1]
+        self.kappa = 3.0 - 4.0 * self._body.material.plane_strain_ratio
+        self._corners: Corners = corners_of(self._mesh)
+        self._whole = float(np.ptp(self._mesh.x, axis=0).max())
+        self._pair = np.full(self._mesh.n_nodes, -1)
+        self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
+        self._partners = list[_Partner]()
+        moduli = {body.name: body.material.shear_modulus for body in solution.posed.bodies}
+        for posed in solution.posed.interfaces:
+            if (pair := step.pairs.get(posed.name)) is None or posed.periodic:
+                continue
+            secondary, faced = solution.sides[posed.name]
+            partner, _, part = solution.primaries.get(posed.name, "").partition(".")
+            if secondary == name:
+                nodes, rows, faced = solution.nodes[posed.name], np.arange(len(pair.x)), part
+            elif partner == name:
+                nodes, partner = self._mesh.nodes_of(part), secondary
+                other = solution.meshes[secondary]
+                own = other.element[solution.nodes[posed.name]]
+                nodes, rows = _faced(pair, sizes(other)[own], nodes, self._mesh.x[nodes])
+            else:
+                continue
+            self._pair[nodes], self._row[nodes] = len(self._partners), rows
+            stiffer = moduli[partner] / moduli[name] if partner in moduli else math.inf
+            body, law = partner if partner in moduli else "", posed.law
+            coulomb = law.friction_coefficient is not None and law.friction_bound is None
+            bonded = law.normal == "bonded"
+            self._partners.append(_Partner(pair, body, faced, stiffer, bonded, coulomb))
+
+    @functools.cached_property
+    def _edges(self) -> list[tuple[Array, str]]:
+        """Points (k, d) of each edge that may press on the body, as a jump of a gap shows it, and
+        what it is called."""
+        solution = self._solution
+        return [
+            (points, f"{side.part}, under edge {number} of the gap")
+            for side in solution.posed.interfaces
+            if side.law.normal == "unilateral" and solution.sides[side.name][0] == self._name
+            for number, points in enumerate(solution.gap_edges[side.name], 1)
+        ]
+
+    def _size(self, x: Array, corner: int | None = None) -> float:
+        """The size of the feature at a point, or at a corner by its number [length]."""
+        corners = self._corners
+        away = [np.linalg.norm(points - x, axis=1) for points, _ in self._edges]
+        if corner is None:
+            away.append(np.linalg.norm(corners.x - x, axis=1))
+        else:
+            away.append(np.array([corners.nearest(corner), corners.radius[corner]]))
+        every = np.concatenate(away)
+        return float(every[every > SINGLE * self._whole].min(initial=self._whole))
+
+    def at_forces(self) -> Iterator[Place]:
+        """Yield the place of each force that acts at a point."""
+        axes = np.eye(self._mesh.dim)
+        for each in self._body.forces[self._step.step - 1]:
+            if np.any(each.force):
+                x = np.array(each.at)
+                size = self._size(x)
+                ends = np.array([x, x])
+                yield Place(
+                    self._name, ends, (), "a point force", size, axes[0], axes[1], 2.0 * math.pi
+                )
+
+    def at_edges_of_gaps(self) -> Iterator[Place]:
+        """Yield each place where an edge of the other body presses."""
+        mesh = self._mesh
+        for x, where in ((x, where) for points, where in self._edges for x in points):
+            elements = meeting(mesh, x, float(sizes(mesh).min()))[1]
+            # a jump may lie inside the next element
+            near = 2.0 * float(sizes(mesh)[elements].max())
+            nodes = np.flatnonzero(self._is_closed())
+            nodes = nodes[np.linalg.norm(mesh.x[nodes] - x, axis=1) < near]
+            if not len(nodes):
+                continue
+            inward = -mesh.normal[nodes[0]]
+            ways = mesh.x[nodes] - x
+            ways -= np.outer(ways @ inward, inward)
+            along = np.mean(ways / np.linalg.norm(ways, axis=1)[:, None], axis=0)
+            size, does = float(np.linalg.norm(along)), self._touched(nodes, along, inward)
+            # where both sides press, as under an apex, stress grows like a logarithm
+            one = size > MOST and does is not None
+            kinds = (does.kind if isinstance(does, _Touching) else CLAMPED, FREE)
+            expansions = (corner_expansion(math.pi, self.kappa, *kinds, True),) if one else ()
+            frame, numbers = (along / max(size, SINGLE), inward), tuple(elements.tolist())
+            ends = np.array([x, x])
+            yield Place(
+                self._name, ends, numbers, where, self._size(x), *frame, math.pi, expansions, True
+            )
+
+    def at_corners(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
+        """Yield its corners that have no bound, and what they press on smooth sides of others."""
+        corners = self._corners
+        for number in range(len(corners.x)):
+            angle, x = round(float(corners.angle[number]), 6), corners.x[number]
+            if not angle > 0.0:  # elements of an altered file may lie on one another
+                continue
+            first, does = self._sides(number)
+            own, under = self._expansion(angle, x, does, bodies)
+            sides = corners.element[number]
+            names = [self._mesh.part_names[self._mesh.part[element]] for element in sides]
+            found = [own, *self._across(number, angle, first, does)]
+            if expansions := tuple(each for each in found if each.modes):
+                yield Place(
+                    self._name,
+                    corners.ends[number],
+                    tuple(sides.tolist()),
+                    " and ".join(dict.fromkeys(names)),
+                    self._size(x, number),
+                    corners.along[number, first],
+                    corners.inward[number, first],
+                    angle,
+                    expansions,
+                    isinstance(does[0], _Touching) and not does[0].partner.bonded,
+                )
+            if under is not None and own.modes:
+                smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
+                what = "the end of a part" if smooth else "a corner"
+                yield replace(under, sides=f"under {what} of {self._name}")
+
+    def _sides(self, number: int) -> tuple[int, tuple[Does, Does]]:
+        """Which side of a corner is θ = 0, that which is held more, and what both do, first it."""
+        frames = list(zip(self._corners.along[number], self._corners.inward[number], strict=True))
+        does = [self._does(number, k, *frame) for k, frame in enumerate(frames)]
+        first = int(_firmness(does[1]) > _firmness(does[0]))
+        along, inward = frames[1 - first]
+        # at the other side θ grows out of the body
+        return first, (does[first], self._does(number, 1 - first, along, -inward))
+
+    def _does(self, number: int, side: int, along: Array, across: Array) -> Does:
+        """What a side of a corner does, by its nodes beside it."""
+        corners, mesh = self._corners, self._mesh
+        x, element = corners.x[number], corners.element[number, side]
+        nodes = mesh.nodes_of(part := mesh.part_names[mesh.part[element]])
+        away = np.linalg.norm(mesh.x[nodes] - x, axis=1)
+        near = (mesh.element[nodes] == element) | (away < SHARE * self._size(x, number))
+        touched = self._touched(nodes[near], along, across)
+        if touched is not None:
+            return touched
+        condition = self._conditions.get(part)
+        # what is periodic goes on in the next cell
+        periodic = isinstance(condition, Periodic)
+        return SLIDING if periodic else kinds_seen(condition, along, across)[0]
+
+    def _is_closed(self) -> Mask:
+        """Which nodes are in contact that is closed."""
+        closed = np.zeros(self._mesh.n_nodes, dtype=bool)
+        for k, partner in enumerate(self._partners):
+            own = self._pair == k
+            closed[own] = partner.pair.state[self._row[own]] != OPEN
+        return closed
+
+    def _touched(self, nodes: Index, along: Array, across: Array) -> Does | None:
+        """What some nodes of a side do by what most of them do; None off the contact."""
+        nodes = nodes[self._pair[nodes] >= 0]
+        if not len(nodes):
+            return None
+        number = int(self._pair[nodes[0]])
+        nodes = nodes[self._pair[nodes] == number]
+        partner = self._partners[number]
+        pair = partner.pair
+        rows, weight = self._row[nodes], self._mesh.measure[nodes]
+        closed, slips = pair.state[rows] != OPEN, pair.state[rows] == SLIP
+        if weight[closed].sum() <= MOST * weight.sum():
+            return FREE
+        normal = pair.normal[rows[closed][0]]
+        if weight[slips].sum() <= MOST * weight[closed].sum():
+            return _Touching(partner, math.inf, normal, along)
+        force = weight[slips] @ self._step.bodies[self._name].traction[nodes[slips]]
+        pressed: Array = pair.pressure[rows[slips]]
+        friction = 0.0
+        if partner.coulomb and (pressed > 0.0).any():
+            bound: Array = pair.bound[rows[slips]]
+            most = float(np.median(bound[pressed > 0.0] / pressed[pressed > 0.0]))
+            out, way = lifted(np.stack([across, along]), len(force))
+            pull = force - (force @ out) * out
+            share = float(pull @ way) / (float(np.linalg.norm(pull)) or 1.0)
+            friction = round(float(np.sign(force @ out)) * share * most, 6)
+        return _Touching(partner, friction, normal, along)
+
+    def _expansion(
+        self, angle: float, x: Array, does: tuple[Does, Does], bodies: Mapping[str, _Body]
+    ) -> tuple[Expansion, Place | None]:
+        """How stress in the plane grows towards a corner; where it presses on the smooth side of
+        another body, the place there."""
+        first, second = does
+        if not isinstance(first, _Touching):
+            return corner_expansion(angle, self.kappa, *does), None
+        to, pressed = first.partner, not first.partner.bonded
+        alone = corner_expansion(angle, self.kappa, first.kind, _kind(second), pressed)
+        if not to.body or isinstance(second, _Touching):
+            return alone, None
+        other = bodies[to.body]
+        opposite, beside, place = other.facing(x, first)
+        if FREE not in (second, beside):
+            return alone, None
+        angles, kappas = (angle, opposite), (self.kappa, other.kappa)
+        own, under = joint_expansions(
+            angles, kappas, to.stiffer, first.friction, (second, beside), pressed
+        )
+        return own, place and replace(place, expansions=(under,))
+
+    def _across(
+        self, number: int, angle: float, first: int, does: tuple[Does, Does]
+    ) -> Iterator[Expansion]:
+        """How displacements across the plane grow towards a corner, where there are any."""
+        mesh, corners = self._mesh, self._corners
+        if mesh.components == 2:
+            return
+        held = list[bool]()
+        for side, what in zip((first, 1 - first), does, strict=True):
+            element = corners.element[number, side]
+            condition = self._conditions.get(mesh.part_names[mesh.part[element]])
+            if isinstance(condition, Displacement) and not isinstance(what, _Touching):
+                frame = np.stack([corners.along[number, side], corners.inward[number, side]])
+                edge = np.cross(*lifted(frame, 3))
+                axes = ~np.array(condition.free)
+                held.append(bool(np.abs(edge[: len(axes)][axes]).max(initial=0.0) > SINGLE))
+            else:
+                held.append(_kind(what) == CLAMPED)
+        yield shear_expansion(angle, *held)
+
+    def facing(self, x: Array, closed: _Touching) -> tuple[float, SideKind, Place | None]:
+        """The angle of the corner that a point of the other body faces and what its side off the
+        contact does; where there is none those of a smooth free side, and the place on it that the
+        point faces."""
+        mesh, corners, normal = self._mesh, self._corners, closed.normal
+        nodes = mesh.x[mesh.nodes_of(closed.partner.part)]
+        near = (1.0 + SINGLE) * float(np.linalg.norm(nodes - x, axis=1).min())
+        across = meeting(mesh, x, near, closed.partner.part)[0] - x
+        if along := float(across @ normal):
+            x = x + normal * float(across @ across) / along
+        foot, elements = meeting(mesh, x, near, closed.partner.part)
+        apart = np.linalg.norm(corners.x - foot, axis=1)
+        if (meets := np.flatnonzero(apart < SINGLE * self._whole)).size:
+            number = int(meets[0])
+            side = 1 - self._sides(number)[0]
+            frame = corners.along[number, side], corners.inward[number, side]
+            return float(corners.angle[number]), _kind(self._does(number, side, *frame)), None
+        size, numbers = self._size(foot), tuple(elements.tolist())
+        inward = math.copysign(1.0, -float(mesh.normal[mesh.first_node[elements[0]]] @ normal))
+        frame = closed.along, inward * normal
+        ends, pressed = np.array([foot, foot]), not closed.partner.bonded
+        place = Place(self._name, ends, numbers, "", size, *frame, math.pi, (), pressed)
+        return math.pi, FREE, place
