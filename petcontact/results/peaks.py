@@ -21,8 +21,9 @@ from ..round_off import SUMMED, first_largest
 from .evaluated import Evaluated
 from .number import Number
 from .peak_places import places_inside
+from .place import Place
 from .records import StepResult, step_ends
-from .singular_places import Place, singular_places
+from .singular_places import singular_places
 from .strengths import end_size, known, level, told_at, tops
 
 QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}

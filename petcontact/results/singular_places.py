@@ -13,10 +13,9 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import scipy
 
 from ..arrays import Array, Index, Mask
 from ..contact.law_protocol import OPEN, SLIP
@@ -24,7 +23,7 @@ from ..fields.boundary.places import meeting, sizes
 from ..geometry.rotation import lifted
 from ..given.conditions import Condition, Displacement, Periodic
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
+from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind
 from ..refinement.corner_modes import (
     Expansion,
     corner_expansion,
@@ -36,88 +35,12 @@ from ..refinement.singular_points import kinds_seen
 from ..round_off import SINGLE
 from .corners import Corners, corners_of
 from .evaluated import Evaluated
-from .records import PairResult, StepResult
+from .place import SHARE, Place
+from .records import StepResult
+from .touching import Does, Partner, Touching, firmness, kind_of
 
-SHARE = 0.1
-"""Distance from a place without a bound at which the stress beside it is told, over the size of its
-feature. It is a definition: stress falls from there without an end. The feature is as large as the
-distance to the next corner or edge, or as the radius of a side that is an arc, if that is less."""
 MOST = 0.5
 """Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
-
-
-@dataclass(frozen=True, eq=False)
-class Place:
-    """Where the stress of a body has no bound.
-
-    Attributes
-    ----------
-    body : str
-    ends : (2, d) array
-        Of an edge; a point is both its ends [length].
-    elements : tuple of int
-        Elements of the body that meet there; none where a force acts inside.
-    sides : str
-        The parts that meet there, or what presses there.
-    size : float
-        Of its feature [length].
-    along, inward : (d,) arrays
-        Unit vectors in which the modes are given: along the side θ = 0, away from the place, and
-        into the body.
-    angle : float
-        Of the body [rad].
-    expansions : tuple of Expansion
-        How stress grows towards it, in the plane across it and out of that; none where it grows
-        like 1/r under a force, or like a logarithm under an apex.
-    pressed : bool
-        Whether the side θ = 0 is in contact that may part or slide: K is that of the pressure.
-    """
-
-    body: str
-    ends: Array
-    elements: tuple[int, ...]
-    sides: str
-    size: float
-    along: Array
-    inward: Array
-    angle: float = math.pi
-    expansions: tuple[Expansion, ...] = ()
-    pressed: bool = False
-
-    @property
-    def x(self) -> Array:
-        """The middle (d,) [length]."""
-        return np.asarray(self.ends.mean(axis=0))
-
-    @property
-    def is_edge(self) -> bool:
-        """Whether it is a line in space."""
-        return bool(np.any(self.ends[0] != self.ends[1]))
-
-    @property
-    def width(self) -> float:
-        """How far beside it in space nodes count as beside it: the length of an edge [length]."""
-        length = float(np.linalg.norm(self.ends[1] - self.ends[0]))
-        return length or self.distance
-
-    @property
-    def distance(self) -> float:
-        """How far from it the stress beside it is told [length]."""
-        return SHARE * self.size
-
-    def nearest_to(self, x: Array) -> Array:
-        """The nearest points of the edge to points (n, d), (n, d) [length]."""
-        start, along = self.ends[0], self.ends[1] - self.ends[0]
-        share = (x - start) @ along / max(float(along @ along), np.finfo(float).tiny)
-        return np.asarray(start + np.clip(share, 0.0, 1.0)[:, None] * along)
-
-    def away(self, x: Array) -> Array:
-        """The distances of points (n, d) from the edge, (n,) [length]."""
-        return np.asarray(np.linalg.norm(x - self.nearest_to(x), axis=1))
-
-    def leaves_out(self, x: Array) -> Mask:
-        """Which points (n, d) are nearer than where the stress beside it is told."""
-        return np.asarray(self.away(x) < self.distance)
 
 
 def singular_places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
@@ -135,78 +58,6 @@ def _places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
     return places
 
 
-@dataclass(frozen=True)
-class _Partner:
-    """What a side of a body may touch.
-
-    Attributes
-    ----------
-    pair : PairResult
-    body, part : str
-        The other body, or empty for what is rigid, and its part.
-    stiffer : float
-        Its shear modulus over that of the body.
-    bonded : bool
-    coulomb : bool
-        Whether friction grows with pressure: beside one without a bound a given bound is nothing.
-    """
-
-    pair: PairResult
-    body: str
-    part: str
-    stiffer: float
-    bonded: bool
-    coulomb: bool
-
-
-@dataclass(frozen=True)
-class _Touching:
-    """A side that touches something at a corner.
-
-    Attributes
-    ----------
-    partner : _Partner
-    friction : float
-        σ_rθ over σ_θθ where it slips, infinite where it sticks, with θ = 0 on this side.
-    normal, along : (d,) arrays
-        Along which it faces the partner, one way or the other, and along the side, away from the
-        corner.
-    """
-
-    partner: _Partner
-    friction: float
-    normal: Array
-    along: Array
-
-    @property
-    def kind(self) -> SideKind:
-        """What it is as seen from a rigid partner."""
-        return Slip(self.friction) if math.isfinite(self.friction) else CLAMPED
-
-
-Does = _Touching | SideKind
-"""What a side of a corner does: what it touches, or what kind it is."""
-
-
-def _kind(does: Does) -> SideKind:
-    return does.kind if isinstance(does, _Touching) else does
-
-
-def _firmness(does: Does) -> int:
-    """Of the two sides that with the larger number is θ = 0."""
-    return 3 if isinstance(does, _Touching) else {CLAMPED: 2, FREE: 0}.get(str(does), 1)
-
-
-def _faced(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple[Index, Index]:
-    """The nodes of a primary, at points (n, d), that face the secondary, whose nodes have elements
-    of half lengths (m,), and the node of that each; what reaches beyond faces nothing."""
-    rows = scipy.spatial.cKDTree(pair.x).query(x)[1]
-    away, normal = x - pair.x[rows], pair.normal[rows]
-    away -= np.sum(away * normal, axis=1)[:, None] * normal
-    faces = np.linalg.norm(away, axis=1) < (1.0 + SINGLE) * size[rows]
-    return nodes[faces], rows[faces]
-
-
 class _Body:
     """A body after an increment: its corners, and what its elements touch."""
 
@@ -220,7 +71,7 @@ class _Body:
         self._whole = float(np.ptp(self._mesh.x, axis=0).max())
         self._pair = np.full(self._mesh.n_nodes, -1)
         self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
-        self._partners = list[_Partner]()
+        self._partners = list[Partner]()
         moduli = {body.name: body.material.shear_modulus for body in solution.posed.bodies}
         for posed in solution.posed.interfaces:
             if (pair := step.pairs.get(posed.name)) is None or posed.periodic:
@@ -233,7 +84,7 @@ class _Body:
                 nodes, partner = self._mesh.nodes_of(part), secondary
                 other = solution.meshes[secondary]
                 own = other.element[solution.nodes[posed.name]]
-                nodes, rows = _faced(pair, sizes(other)[own], nodes, self._mesh.x[nodes])
+                nodes, rows = facing_nodes(pair, sizes(other)[own], nodes, self._mesh.x[nodes])
             else:
                 continue
             self._pair[nodes], self._row[nodes] = len(self._partners), rows
@@ -241,7 +92,7 @@ class _Body:
             body, law = partner if partner in moduli else "", posed.law
             coulomb = law.friction_coefficient is not None and law.friction_bound is None
             bonded = law.normal == "bonded"
-            self._partners.append(_Partner(pair, body, faced, stiffer, bonded, coulomb))
+            self._partners.append(Partner(pair, body, faced, stiffer, bonded, coulomb))
 
     @functools.cached_property
     def _edges(self) -> list[tuple[Array, str]]:
@@ -296,7 +147,7 @@ class _Body:
             size, does = float(np.linalg.norm(along)), self._touched(nodes, along, inward)
             # where both sides press, as under an apex, stress grows like a logarithm
             one = size > MOST and does is not None
-            kinds = (does.kind if isinstance(does, _Touching) else CLAMPED, FREE)
+            kinds = (does.kind if isinstance(does, Touching) else CLAMPED, FREE)
             expansions = (corner_expansion(math.pi, self.kappa, *kinds, True),) if one else ()
             frame, numbers = (along / max(size, SINGLE), inward), tuple(elements.tolist())
             ends = np.array([x, x])
@@ -327,7 +178,7 @@ class _Body:
                     corners.inward[number, first],
                     angle,
                     expansions,
-                    isinstance(does[0], _Touching) and not does[0].partner.bonded,
+                    isinstance(does[0], Touching) and not does[0].partner.bonded,
                 )
             if under is not None and own.modes:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
@@ -338,7 +189,7 @@ class _Body:
         """Which side of a corner is θ = 0, that which is held more, and what both do, first it."""
         frames = list(zip(self._corners.along[number], self._corners.inward[number], strict=True))
         does = [self._does(number, k, *frame) for k, frame in enumerate(frames)]
-        first = int(_firmness(does[1]) > _firmness(does[0]))
+        first = int(firmness(does[1]) > firmness(does[0]))
         along, inward = frames[1 - first]
         # at the other side θ grows out of the body
         return first, (does[first], self._does(number, 1 - first, along, -inward))
@@ -381,7 +232,7 @@ class _Body:
             return FREE
         normal = pair.normal[rows[closed][0]]
         if weight[slips].sum() <= MOST * weight[closed].sum():
-            return _Touching(partner, math.inf, normal, along)
+            return Touching(partner, math.inf, normal, along)
         force = weight[slips] @ self._step.bodies[self._name].traction[nodes[slips]]
         pressed: Array = pair.pressure[rows[slips]]
         friction = 0.0
@@ -392,7 +243,7 @@ class _Body:
             pull = force - (force @ out) * out
             share = float(pull @ way) / (float(np.linalg.norm(pull)) or 1.0)
             friction = round(float(np.sign(force @ out)) * share * most, 6)
-        return _Touching(partner, friction, normal, along)
+        return Touching(partner, friction, normal, along)
 
     def _expansion(
         self, angle: float, x: Array, does: tuple[Does, Does], bodies: Mapping[str, _Body]
@@ -400,11 +251,11 @@ class _Body:
         """How stress in the plane grows towards a corner; where it presses on the smooth side of
         another body, the place there."""
         first, second = does
-        if not isinstance(first, _Touching):
+        if not isinstance(first, Touching):
             return corner_expansion(angle, self.kappa, *does), None
         to, pressed = first.partner, not first.partner.bonded
-        alone = corner_expansion(angle, self.kappa, first.kind, _kind(second), pressed)
-        if not to.body or isinstance(second, _Touching):
+        alone = corner_expansion(angle, self.kappa, first.kind, kind_of(second), pressed)
+        if not to.body or isinstance(second, Touching):
             return alone, None
         other = bodies[to.body]
         opposite, beside, place = other.facing(x, first)
@@ -427,16 +278,16 @@ class _Body:
         for side, what in zip((first, 1 - first), does, strict=True):
             element = corners.element[number, side]
             condition = self._conditions.get(mesh.part_names[mesh.part[element]])
-            if isinstance(condition, Displacement) and not isinstance(what, _Touching):
+            if isinstance(condition, Displacement) and not isinstance(what, Touching):
                 frame = np.stack([corners.along[number, side], corners.inward[number, side]])
                 edge = np.cross(*lifted(frame, 3))
                 axes = ~np.array(condition.free)
                 held.append(bool(np.abs(edge[: len(axes)][axes]).max(initial=0.0) > SINGLE))
             else:
-                held.append(_kind(what) == CLAMPED)
+                held.append(kind_of(what) == CLAMPED)
         yield shear_expansion(angle, *held)
 
-    def facing(self, x: Array, closed: _Touching) -> tuple[float, SideKind, Place | None]:
+    def facing(self, x: Array, closed: Touching) -> tuple[float, SideKind, Place | None]:
         """The angle of the corner that a point of the other body faces and what its side off the
         contact does; where there is none those of a smooth free side, and the place on it that the
         point faces."""
@@ -452,7 +303,7 @@ class _Body:
             number = int(meets[0])
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
-            return float(corners.angle[number]), _kind(self._does(number, side, *frame)), None
+            return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None
         size, numbers = self._size(foot), tuple(elements.tolist())
         inward = math.copysign(1.0, -float(mesh.normal[mesh.first_node[elements[0]]] @ normal))
         frame = closed.along, inward * normal

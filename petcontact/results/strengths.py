@@ -27,8 +27,9 @@ from ..refinement.corner_modes import REGULAR, Expansion, Mode
 from ..round_off import HALF, SINGLE, first_largest
 from .body_fields import BodyFields
 from .evaluated import Evaluated
+from .place import Place
 from .records import StepResult
-from .singular_places import Place, singular_places
+from .singular_places import singular_places
 
 NEAREST, FARTHEST = 1e-5, 0.3
 """Nodes that are fitted lie between these distances, over the size of the feature. Farther out

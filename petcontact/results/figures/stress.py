@@ -20,7 +20,7 @@ from ...runtime.hints import demand_name
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
 from ..peaks import QUANTITIES, unbounded_places
-from ..singular_places import Place
+from ..place import Place
 from ..verdict.text import KEPT, place_of
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside, within
 from ..vtu.places import Places

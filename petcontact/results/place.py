@@ -1,0 +1,90 @@
+"""A place of a body where stress has no bound."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array, Mask
+from ..refinement.corner_modes import Expansion
+
+SHARE = 0.1
+"""Distance from a place without a bound at which the stress beside it is told, over the size of its
+feature. It is a definition: stress falls from there without an end. The feature is as large as the
+distance to the next corner or edge, or as the radius of a side that is an arc, if that is less."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the stress of a body has no bound.
+
+    Attributes
+    ----------
+    body : str
+    ends : (2, d) array
+        Of an edge; a point is both its ends [length].
+    elements : tuple of int
+        Elements of the body that meet there; none where a force acts inside.
+    sides : str
+        The parts that meet there, or what presses there.
+    size : float
+        Of its feature [length].
+    along, inward : (d,) arrays
+        Unit vectors in which the modes are given: along the side θ = 0, away from the place, and
+        into the body.
+    angle : float
+        Of the body [rad].
+    expansions : tuple of Expansion
+        How stress grows towards it, in the plane across it and out of that; none where it grows
+        like 1/r under a force, or like a logarithm under an apex.
+    pressed : bool
+        Whether the side θ = 0 is in contact that may part or slide: K is that of the pressure.
+    """
+
+    body: str
+    ends: Array
+    elements: tuple[int, ...]
+    sides: str
+    size: float
+    along: Array
+    inward: Array
+    angle: float = math.pi
+    expansions: tuple[Expansion, ...] = ()
+    pressed: bool = False
+
+    @property
+    def x(self) -> Array:
+        """The middle (d,) [length]."""
+        return np.asarray(self.ends.mean(axis=0))
+
+    @property
+    def is_edge(self) -> bool:
+        """Whether it is a line in space."""
+        return bool(np.any(self.ends[0] != self.ends[1]))
+
+    @property
+    def width(self) -> float:
+        """How far beside it in space nodes count as beside it: the length of an edge [length]."""
+        length = float(np.linalg.norm(self.ends[1] - self.ends[0]))
+        return length or self.distance
+
+    @property
+    def distance(self) -> float:
+        """How far from it the stress beside it is told [length]."""
+        return SHARE * self.size
+
+    def nearest_to(self, x: Array) -> Array:
+        """The nearest points of the edge to points (n, d), (n, d) [length]."""
+        start, along = self.ends[0], self.ends[1] - self.ends[0]
+        share = (x - start) @ along / max(float(along @ along), np.finfo(float).tiny)
+        return np.asarray(start + np.clip(share, 0.0, 1.0)[:, None] * along)
+
+    def away(self, x: Array) -> Array:
+        """The distances of points (n, d) from the edge, (n,) [length]."""
+        return np.asarray(np.linalg.norm(x - self.nearest_to(x), axis=1))
+
+    def leaves_out(self, x: Array) -> Mask:
+        """Which points (n, d) are nearer than where the stress beside it is told."""
+        return np.asarray(self.away(x) < self.distance)
