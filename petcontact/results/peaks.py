@@ -102,16 +102,18 @@ def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
     every = [(0.0, place, some) for some in samples for place in some.places]
     at = endless or ([] if named else every)
     beside = [some.beside(f"{name} stress", key, place) for _, place, some in at[:TRIED]]
-    largest = max(beside, key=lambda each: float(each.value[0]), default=None)
-    if largest and float(largest.value[0]) > max(
-        (float(each.value[0]) for each in named), default=0.0
-    ):
-        named.append(largest)
+    largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
+    named += [each for each in beside if each is largest]
+    return [*named, *_without_bound(name, endless)]
+
+
+def _without_bound(name: str, endless: Sequence[tuple[float, Place, _Samples]]) -> list[Number]:
+    """The numbers that say where a stress has no bound, one of edges with equal sides."""
     unbounded = dict[object, Number]()
     for _, place, some in endless:
         where = None if place.is_edge else tuple(place.x)
         unbounded.setdefault((some.body, place.sides, where), some.without_bound(name, place))
-    return [*named, *unbounded.values()]
+    return list(unbounded.values())
 
 
 def _tops(samples: Sequence[_Samples], key: str) -> list[Number | None]:

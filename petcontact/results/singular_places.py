@@ -37,7 +37,7 @@ from .corners import Corners, corners_of
 from .evaluated import Evaluated
 from .place import SHARE, Place
 from .records import StepResult
-from .touching import Does, Partner, Touching, firmness, kind_of
+from .touching import Does, Partner, Touching, facing_nodes, firmness, kind_of
 
 MOST = 0.5
 """Share of what lies beside a place that is closed, or slips, for the contact there to do so."""

@@ -178,6 +178,11 @@ def end_size(mesh: BoundaryMesh, place: Place) -> float:
     return 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
 
 
+def _parts(mesh: BoundaryMesh, place: Place) -> set[str]:
+    """The parts that meet at a place."""
+    return {mesh.part_names[number] for number in mesh.part[list(place.elements)]}
+
+
 def known(solution: Evaluated, step: StepResult, place: Place) -> list[Fit]:
     """The modes of a place whose K is known."""
     own = (fit for fit in fits(solution, step) if fit.place is place)
@@ -221,12 +226,8 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
     law = {each.name: each.law for each in solution.posed.interfaces}[of]
     if key == "shear" and law.friction_bound is not None:  # no shear is larger
         return Beside(np.zeros(len(x), dtype=bool), None)
-    parts = [mesh.part_names[number] for number in mesh.part]
-    away = {
-        place: place.away(x)
-        for place in singular_places(solution, step)[body]
-        if part in {parts[element] for element in place.elements}
-    }
+    places = singular_places(solution, step)[body]
+    away = {each: each.away(x) for each in places if part in _parts(mesh, each)}
     nearest = np.min([np.full(len(x), np.inf), *away.values()], axis=0)
     beyond = (r > max(each.distance, end_size(mesh, each)) for each, r in away.items())
     far = np.all([values < np.inf, *beyond], axis=0)
@@ -242,11 +243,10 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
         for fit in own:
             size = max(fit.amplitude("pressure"), fit.amplitude("shear"))
             hidden |= r < fit.hides(mesh, size, elsewhere)
-    # under an apex pressure grows like a logarithm, which has no K
     element = mesh.element[solution.nodes[of][first_largest(values)]]
-    for place in away:
-        if element in place.elements and not known(solution, step, place):
-            endless.append((0.0, place.x))
+    # under an apex pressure grows like a logarithm, which has no K
+    apexes = (each for each in away if element in each.elements)
+    endless += [(0.0, each.x) for each in apexes if not known(solution, step, each)]
     largest = max(endless, key=lambda each: each[0], default=(0.0, None))
     return Beside(hidden, largest[1])
 
