@@ -226,7 +226,7 @@ def test_unused_options_are_compared_with_those_of_the_manual(monkeypatch, capsy
     ],
 )
 def test_keys_that_are_not_read_are_named(changes, said, capsys):
-    report_ignored(load(ROOT / "configs" / "example1.toml", changes), False)
+    report_ignored(load(ROOT / "configs" / "example1.toml", changes), False, quiet=False)
     assert capsys.readouterr().err == said
 
 

@@ -64,7 +64,7 @@ def test_what_takes_a_while_is_announced(comm, capsys):
 
     def announce(*words):
         announced.append(words)
-        return announcer(Status, False)(*words)
+        return announcer(Status, False, quiet=False)(*words)
 
     small = many_sided(100, element_size=1.0)
     prepare(small, comm, announce=announce).close()
@@ -72,7 +72,7 @@ def test_what_takes_a_while_is_announced(comm, capsys):
     assert [words[:3] for words in announced] == [(100, 200, seconds)]
     assert announced[0][3] > 8 * 200**2
     for adaptive in (False, True):
-        announcer(Status, adaptive)(1000, 2000, 28.4, 0.35e9)
+        announcer(Status, adaptive, quiet=False)(1000, 2000, 28.4, 0.35e9)
     size = "petcontact: 1000 nodes, 2000 unknowns, about 0.35 GB: about 28 s"
     whole, one = capsys.readouterr().err.splitlines()
     assert (whole, one) == (f"{size} of processor time", f"{size} for this mesh")

@@ -74,7 +74,7 @@ def test_a_sweep_of_bodies_and_load_steps(tmp_path):
     area = table.numbers("contact_area")
     assert np.all((area > 0.5) & (area < 4.0)) and np.all(table.numbers("dissipated_energy") > 0.0)
     kept = load_case(tmp_path / "out", sweep.ids[1])
-    assert set(kept["interface"]) == {"top"} and kept["history_step"].tolist() == [1.0, 2.0]
+    assert set(kept["interface"]) == {"top"} and set(kept["history_step"]) == {1.0, 2.0}
     assert kept["weight"][kept["state"] != 2].sum() == pytest.approx(area[1], rel=1e-12)
 
 
