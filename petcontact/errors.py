@@ -78,6 +78,11 @@ class NoEquilibrium(SolverError):
         return f"{self.reason}; {self.advice}"
 
 
+class RanksError(PetcontactError):
+    """A solve over several ranks that ends because of another rank: it failed, did something else,
+    or never began."""
+
+
 class InaccurateOperator(SolverError):
     """Compressed operators that miss their tolerance."""
 

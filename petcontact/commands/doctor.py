@@ -4,7 +4,6 @@ current folder."""
 from __future__ import annotations
 
 import argparse
-import os
 
 from ..errors import InputError
 
@@ -19,10 +18,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     if petsc_words:
         raise InputError(f"{petsc_words[0]}: doctor takes no PETSc options")
-    if (
-        os.environ.get("OMPI_COMM_WORLD_RANK", os.environ.get("PMI_RANK", "0")) != "0"
-    ):  # one report of a job is enough
-        return 0
     findings = list(judge(gather()))
     for finding in findings:
         mark = {"ok": "ok     ", "warning": "warning", "error": "ERROR  "}[finding.severity]

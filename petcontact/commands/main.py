@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import atexit
 import contextlib
 import difflib
@@ -9,17 +10,22 @@ import gc
 import importlib
 import math
 import os
+import shlex
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from .. import __version__
 from ..runtime.failures import guarded
-from ..runtime.petsc import failure_comm
+from ..runtime.mpi import shared
+from ..runtime.petsc import failure_comm, is_launched
+from ..runtime.ranks import begin, communicator
 from ..runtime.threads import cap_blas_threads
 from .options import real
 from .parsers import COMMANDS, READING, Paragraphs, Parser
 
+OF_ALL_RANKS = {"solve", "sweep", "compare"}
+"""Commands that ranks share; of all others the first rank runs one."""
 SHORT = {"-o", "-n", "-h"}
 
 
@@ -84,25 +90,44 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _command(arguments: Sequence[str]) -> int:
+    """Run a command on all ranks of a launcher, which have to be given the same words."""
+    ranks = communicator(None) if is_launched() else None
+    if ranks is None or ranks.Get_size() == 1:
+        name, parsed, theirs = _parsed(arguments)
+        return int(_module(name).run(parsed, theirs))
+    begin(ranks, lambda: lambda: {"command line": shlex.join(arguments)})
+    name, parsed, theirs = shared(ranks, lambda: _parsed(arguments))
+    if name in OF_ALL_RANKS:
+        return int(_module(name).run(parsed, theirs))
+    status: int = shared(ranks, lambda: _module(name).run(parsed, theirs))
+    return status
+
+
+def _parsed(arguments: Sequence[str]) -> tuple[str, argparse.Namespace, list[str]]:
+    """Return the name of the command, its arguments, and PETSc's; end with a line where they are
+    wrong."""
     ours, theirs = split_arguments(arguments)
     name = ours[0] if ours else ""
     if name not in COMMANDS:
         parser = build_parser()
         if not name:
             parser.print_help()
-            return 2
+            sys.exit(2)
         if name.startswith("-"):
             parser.parse_all(ours)
         near = difflib.get_close_matches(name, COMMANDS, n=1)
         parser.error(f"unknown command {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
-    module, command = parser_of(name)
-    return int(module.run(command.parse_all(ours[1:]), theirs))
+    return name, parser_of(name)[1].parse_all(ours[1:]), theirs
+
+
+def _module(name: str) -> Any:
+    folder = "reading." if name in READING else ""
+    return importlib.import_module(f".{folder}{name}", __package__)
 
 
 def parser_of(name: str) -> tuple[Any, Parser]:
     """Return the module of a command and its parser."""
-    folder = "reading." if name in READING else ""
-    module = importlib.import_module(f".{folder}{name}", __package__)
+    module = _module(name)
     command = Parser(
         prog=f"petcontact {name}",
         allow_abbrev=False,

@@ -41,6 +41,8 @@ PACKAGES = (
 EXTRAS = {"gmsh": ("cad", "STEP, IGES and BREP files")}
 """Packages that petcontact does without, their extra, and what they are for."""
 VARIABLES = ("PETSC_DIR", "MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")
+OF_RANKS = ("OMPI_COMM_", "OMPI_UNIVERSE_", "OMPI_MCA_ess", "OMPI_MCA_orte", "PMI", "SLURM_PROCID")
+"""Beginnings of the variables by which a launcher tells a process that it is a rank."""
 RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};', flush=True)"
 
 
@@ -273,7 +275,9 @@ def _launcher() -> str:
 
 def _run(words: list[str]) -> tuple[int, str, str]:
     try:
-        done = subprocess.run(words, capture_output=True, text=True, timeout=60.0)
+        # a child of a rank must not take itself for one
+        alone = {key: value for key, value in os.environ.items() if not key.startswith(OF_RANKS)}
+        done = subprocess.run(words, capture_output=True, text=True, timeout=60.0, env=alone)
     except (OSError, subprocess.TimeoutExpired) as error:
         return -1, "", f"{type(error).__name__}: {error}"
     return done.returncode, done.stdout, done.stderr

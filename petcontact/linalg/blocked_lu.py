@@ -20,6 +20,7 @@ from .. import native
 from ..arrays import Array, Index
 from ..errors import SingularMatrixError
 from ..runtime.petsc import petsc
+from ..runtime.ranks import mpi
 from .row_layout import even_ranges, exchanged, gathered, summed_at, total
 
 TYPE = "petcontact"
@@ -48,7 +49,7 @@ class BlockedLU:
         self._comm, self._stage, self._last, self._in_place = comm, stage, last, in_place
         self._rank: int = comm.getRank()
         self._ranks: int = comm.getSize()
-        self._mpi = comm.tompi4py() if self._ranks > 1 else None
+        self._mpi = mpi(comm)
         self._state = -1
 
     def setUp(self, pc: Any) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..runtime.petsc import petsc
+from ..runtime.ranks import meet
 from .row_layout import even_ranges
 
 
@@ -18,6 +19,7 @@ def on_memory(columns: Array, size: int, comm: Any) -> Any:
     own = local if count == size else petsc().DECIDE
     layout = ((local, size), (own, count))
     result = petsc().Mat().createDense(layout, array=columns.T, comm=comm)
+    meet("a matrix", comm)
     result.assemble()
     return result
 

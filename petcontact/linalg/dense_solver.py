@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
+from ..runtime.ranks import meet
 from .blocked_lu import default_type
 from .dense_matrix import on_memory
 from .ksp import LinearSolver, SolverFront
@@ -65,6 +66,7 @@ class DenseSolver(SolverFront):
 
     def factor(self) -> None:
         """Take what was written."""
+        meet("a new matrix", self._comm)
         self._matrix.assemble()
         self._solver.set_operator(self._matrix)
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..errors import InputError, SolverError
 from ..runtime.petsc import given_options, options_error, petsc, reason_name, solver_error
+from ..runtime.ranks import meet
 from . import blocked_lu
 from .dense_matrix import on_memory
 from .row_layout import everywhere
@@ -96,6 +97,7 @@ class LinearSolver:
     ) -> None:
         self.stage, self.iterations, self.reason = stage, 0, 0
         self._comm, self._prefix, self._in_place, self._context = comm, prefix, in_place, context
+        self._is_alone = comm.getSize() == 1  # its end may come after that of the communicator
         self._types, self._last = (ksp_type, pc_type), np.arange(0) if last is None else last
         self._ksp: Any = None
         self._owned: list[Any] = []
@@ -242,10 +244,11 @@ class LinearSolver:
 
         At the end of Python the names of this module may be gone before its last solver.
         """
-        if self._comm.getSize() == 1:
+        if self._is_alone:
             self._free()
 
     def _guard(self, call: Any) -> None:
+        meet(f"the KSP of prefix {self._prefix!r}", self._comm)
         try:
             call()
         except petsc().Error as error:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import AnyArray, Array, Index
+from ..runtime.ranks import mpi
 
 Range = tuple[int, int]
 TOGETHER = 100
@@ -24,14 +25,16 @@ def even_ranges(count: int, size: int) -> list[Range]:
 
 def everywhere(local: Array, comm: Any) -> Array:
     """All rows (n, ...) on every rank, from each rank's. Collective."""
-    if comm.getSize() == 1:
+    ranks = mpi(comm)
+    if ranks is None:
         return local
-    return gathered(local, comm.tompi4py())
+    return gathered(local, ranks)
 
 
 def summed(values: Array, comm: Any) -> Array:
     """The sum of the values of all ranks, on every rank. Collective."""
-    return values if comm.getSize() == 1 else total(values, comm.tompi4py())
+    ranks = mpi(comm)
+    return values if ranks is None else total(values, ranks)
 
 
 def gathered(local: AnyArray, world: Any) -> AnyArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -21,6 +22,7 @@ from ..results.solution import Solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import given_options, options, petsc_version, reason_name, stage, timed
+from ..runtime.ranks import demand_same, meet
 from ..runtime.signals import BrokenOff
 from ..runtime.terminal import printable
 from ..runtime.world import world
@@ -71,9 +73,11 @@ def prepare(
     SolverError
         If a body cannot be eliminated, or nothing holds the loads where that takes long.
     """
-    comm = comm if comm is not None else world()
+    comm = world() if comm is None else comm
     began = time.perf_counter()
     discrete = discrete if discrete is not None else discretise(problem, law=law)
+    if comm.getSize() > 1:
+        demand_same("data", _numbers(discrete))
     seconds = {"mesh": time.perf_counter() - began}
     largest = max(mesh.x.size for mesh in discrete.meshes)
     with options(problem.petsc), threads.suited_to(largest), timed() as stages:
@@ -90,6 +94,29 @@ def prepare(
     )
     prepared.named = _named(method, rule)
     return prepared
+
+
+def described(problem: Problem, **given: Any) -> dict[str, Any]:
+    """Return a problem, and what is given for its solve, as plain values that ranks compare."""
+    table = tomllib.loads(problem.toml())
+    for key, value in given.items():
+        if value is not None:
+            known = value if isinstance(value, str) else type(value).__name__
+            table[key] = getattr(value, "__qualname__", known)
+    return {"petcontact": __version__, **table}
+
+
+def _numbers(discrete: Discrete) -> dict[str, float]:
+    """Return sizes of a discrete problem, rounded so that they are equal on all processors."""
+    arrays = {
+        f"of body {k}: {name}": array
+        for k, (mesh, data) in enumerate(zip(discrete.meshes, discrete.data, strict=True))
+        for name, array in (("nodes", mesh.x), ("given values", data.value), ("forces", data.force))
+    }
+    arrays |= {f"of {face.name}: gap": face.gap for face in discrete.interfaces}
+    arrays["of wear"] = discrete.wear
+    finite = {key: array[np.isfinite(array)] for key, array in arrays.items()}
+    return {key: float(f"{np.linalg.norm(array):.6g}") for key, array in finite.items()}
 
 
 def _named(method: Any, rule: Any) -> dict[str, str]:
@@ -194,6 +221,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
     discrete, system = problem.discrete, problem.system
     names, options_ = [body.name for body in discrete.problem.body], discrete.problem.method
     operator = system.operator
+    meet("peak memory", problem.comm)
     names_of = {"method": options_.resolved_name, "rule": options_.rule or "modified"}
     provenance = Provenance(
         solver=system.describe(),

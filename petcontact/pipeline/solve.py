@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import logging
 import time
 import warnings
@@ -18,10 +19,11 @@ from ..model.problem import Problem
 from ..results.solution import Solution
 from ..runtime.petsc import unused_options
 from ..runtime.petsc_options import refused_in_config
-from .adapt.budget import Reached
+from ..runtime.ranks import alone, shared_solve
+from .adapt.budget import Callbacks, Reached
 from .adapt.fixed_mesh import with_estimate
 from .eliminate import Announce
-from .run import prepare, unreported, with_report
+from .run import described, prepare, unreported, with_report
 from .steps.increment import Monitor
 
 LOG = logging.getLogger(__name__)
@@ -55,8 +57,9 @@ def solve(
         one.
     petsc_options : mapping, optional
         Over the problem's `[petsc]` table, for example ``{"ksp_type": "gmres"}``.
-    comm : PETSc.Comm, optional
-        PETSc.COMM_WORLD by default; every rank gets the whole solution.
+    comm : mpi4py.MPI.Comm or PETSc.Comm, optional
+        All ranks by default. All its ranks call this with the same problem, and each gets the whole
+        solution.
     monitor : callable, optional
         Called with the state so far after each iteration, whose `where` says step and load factor;
         a reason that it returns ends the solve there.
@@ -81,6 +84,8 @@ def solve(
         If the problem is ill-posed.
     SolverError
         If a solve fails before there is an iterate to keep.
+    RanksError
+        If another rank fails, or does not begin within 60 s (PETCONTACT_PATIENCE).
 
     Examples
     --------
@@ -100,11 +105,34 @@ def solve(
     >>> solve(block).status
     'converged'
     """
-    problem, method = posed(problem, method, petsc_options)
+    posing = problem, method
+
+    def call() -> Callable[[], Mapping[str, Any]]:
+        nonlocal problem, method
+        problem, method = posed(*posing, petsc_options)
+        return functools.partial(described, problem, method=method, rule=rule, law=law)
+
+    with shared_solve(comm, call) as comm:
+        assert isinstance(problem, Problem)
+        solution = _solved(
+            problem, method, rule, law, comm, (monitor, alone(announce), alone(reached))
+        )
+    LOG.info("%s: %s", solution.status, solution.reason)
+    unused = unused_options() if petsc_options else []
+    left = [name for name in petsc_options or () if f"-{name}" in unused]
+    if left:
+        warnings.warn(f"petsc_options that nothing used: {', '.join(left)}", stacklevel=2)
+    return solution
+
+
+def _solved(
+    problem: Problem, method: Any, rule: Rule | None, law: Any, comm: Any, callbacks: Callbacks
+) -> Solution:
+    monitor, announce, reached = callbacks
     if adapts_itself(problem):
         from .adapt.loop import adapt
 
-        solution = adapt(
+        return adapt(
             problem,
             None,
             method=method,
@@ -115,22 +143,15 @@ def solve(
             announce=announce,
             reached=reached,
         )
-    else:
-        prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
-        try:
-            solution, began = unreported(prepared, monitor), time.perf_counter()
-            solution = with_report(prepared, solution)
-            solution = with_estimate(solution, prepared.comm, law)
-            timings = {**solution.timings, "judge": time.perf_counter() - began}
-            solution = replace(solution, timings=timings)
-        finally:
-            prepared.close()
-    LOG.info("%s: %s", solution.status, solution.reason)
-    unused = unused_options() if petsc_options else []
-    left = [name for name in petsc_options or () if f"-{name}" in unused]
-    if left:
-        warnings.warn(f"petsc_options that nothing used: {', '.join(left)}", stacklevel=2)
-    return solution
+    prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
+    try:
+        solution, began = unreported(prepared, monitor), time.perf_counter()
+        solution = with_report(prepared, solution)
+        solution = with_estimate(solution, prepared.comm, law)
+        timings = {**solution.timings, "judge": time.perf_counter() - began}
+        return replace(solution, timings=timings)
+    finally:
+        prepared.close()
 
 
 def adapts_itself(problem: Problem) -> bool:

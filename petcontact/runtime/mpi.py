@@ -12,12 +12,12 @@ T = TypeVar("T")
 
 
 def shared(world: Any, produce: Callable[[], T]) -> T:
-    """What rank 0 produces, on every rank; its error is raised on every rank."""
+    """What rank 0 produces, on every rank; its error, or its end, is raised on every rank."""
     outcome: Any = None
     if world.Get_rank() == 0:
         try:
             outcome = (produce(), None)
-        except PetcontactError as error:
+        except (PetcontactError, SystemExit) as error:
             outcome = (None, error)
     result, refusal = world.bcast(outcome)
     if refusal is not None:

@@ -102,8 +102,8 @@ def initialise(argv: Sequence[str] = ()) -> None:
             reinstall()
         from petsc4py import PETSc
 
-        if not started and PETSc.COMM_WORLD.getSize() > 1:
-            _failures.append(PETSc.COMM_WORLD.tompi4py().Dup())
+        if not started:
+            expect_failures(PETSc.COMM_WORLD.tompi4py())
     except ImportError as error:
         raise MissingPetscError(
             f"petsc4py cannot be loaded ({error}); install python3-petsc4py, or "
@@ -181,6 +181,28 @@ def _unset_what_mpi_set() -> None:
         }
         for name in names - os.environb.keys():
             os.unsetenv(name)
+
+
+def load_mpi() -> Any:
+    """The module mpi4py.MPI, which starts MPI if that does not run."""
+    if "mpi4py.MPI" not in sys.modules:
+        cap_blas_threads()
+        check_address_space()
+        import mpi4py
+
+        mpi4py.rc.thread_level = "funneled"  # as PETSc starts it
+        with _local():
+            from mpi4py import MPI
+        reinstall()
+    from mpi4py import MPI
+
+    return MPI
+
+
+def expect_failures(world: Any) -> None:
+    """Make the communicator on which failed ranks meet. Collective."""
+    if world.Get_size() > 1 and not _failures:
+        _failures.append(world.Dup())
 
 
 def failure_comm() -> Any:

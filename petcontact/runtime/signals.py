@@ -171,9 +171,9 @@ def answering(comm: Any) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def together(comm: Any) -> Iterator[None]:
-    """A block that a signal breaks off on all ranks, at the next `breaking_point` of those that it
-    reached.
+def together(ranks: Any) -> Iterator[None]:
+    """A block that a signal breaks off on all ranks of a communicator of mpi4py, at the next
+    `breaking_point` of those that it reached. None is one rank.
 
     What is collective in the block comes before its first breaking point. One rank alone is broken
     off by `answering`.
@@ -184,7 +184,7 @@ def together(comm: Any) -> Iterator[None]:
         On every rank, where a signal did so on one; each holds the signal back from then on.
     """
     global _together
-    if comm.getSize() == 1:
+    if ranks is None:
         yield
         return
     own, _together = 0, True
@@ -194,7 +194,7 @@ def together(comm: Any) -> Iterator[None]:
         own = _pending[-1]
     finally:
         _together = False
-    number: int = max(comm.tompi4py().allgather(own))
+    number: int = max(ranks.allgather(own))
     if number:
         if not own:
             _pending.append(number)
@@ -228,18 +228,24 @@ class Stop:
         if self._waiting:
             held.enter_context(deferred())
 
-    def __call__(self) -> int:
+    def _hold(self) -> None:
         if not self._waiting:
             self._waiting = True
             self._held.enter_context(deferred())
+
+    def __call__(self) -> int:
+        self._hold()
         later = _pending_anywhere(self._comm)
         self.number = self.number or later
         return self.number
 
     @property
     def reason(self) -> str:
-        """What a monitor says to end a solve; "" without a signal."""
-        return f"interrupted by {signal.Signals(self.number).name}" if self() else ""
+        """What the monitor of this rank says to end a solve, on which the ranks agree; "" without a
+        signal."""
+        self._hold()
+        number = self.number or (_pending[-1] if _pending else 0)
+        return f"interrupted by {signal.Signals(number).name}" if number else ""
 
 
 @contextlib.contextmanager

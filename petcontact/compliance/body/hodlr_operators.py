@@ -15,6 +15,7 @@ from ...linalg.row_layout import everywhere
 from ...mesh.curve_mesh import as_curve
 from ...runtime.memory import trim_heap
 from ...runtime.petsc import stage
+from ...runtime.ranks import mpi
 from ...runtime.threads import one_blas_thread, threads_per_rank
 from .stretches import stretches_of
 
@@ -155,7 +156,7 @@ class CompressedOperators:
                 sides, np.concatenate([apart, np.minimum(apart + 1, mesh.n_nodes - 1)])
             ),
             threads=threads,
-            comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
+            comm=mpi(self.comm),
             serve=(all_entries, [pairs, single]),
             stretches=stretches_of(mesh, operators, apart),
         )

@@ -17,6 +17,7 @@ import numpy as np
 from ...arrays import Array
 from ...linalg.row_layout import everywhere, summed
 from ...round_off import HALF
+from ...runtime.ranks import mpi
 from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
 from .coupling import Coupling, Relation
@@ -85,7 +86,7 @@ class MixedEquations:
         )
         free = Balance.at_rest(coupling.shape, r)
         self._free = coupling.expansion(Relation.given_traction(coupling.shape), free.motion), free
-        with one_blas_thread(), together(comm):
+        with one_blas_thread(), together(mpi(comm)):
             self._open = Preconditioner(
                 rows,
                 coupling,

@@ -17,6 +17,7 @@ from ...compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
 from ...errors import InaccurateOperator, InputError
 from ...mesh.surface_mesh import as_surface
 from ...runtime.memory import physical_memory
+from ...runtime.ranks import mpi
 from ...runtime.signals import breaking_point, together
 from ...runtime.threads import threads_per_rank
 from ..body.base import ElasticBody, gauge
@@ -92,7 +93,7 @@ class CompressedRows:
             breaking_point()
             progress(share)
 
-        with together(comm):
+        with together(mpi(comm)):
             self.matrix = HMatrix(
                 self._entries,
                 tree,
@@ -103,7 +104,7 @@ class CompressedRows:
                 progress=built,
             )
         worst = self.matrix.error_estimate(np.random.default_rng(2019))
-        worst = worst if comm.getSize() == 1 else max(comm.tompi4py().allgather(worst))
+        worst = max(mpi(comm).allgather(worst)) if comm.getSize() > 1 else worst
         # a probe of exact rows may lie ten times over the tolerance, which bounds each block by
         # itself
         if not worst <= 10.0 * tolerance:

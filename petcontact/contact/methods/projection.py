@@ -9,6 +9,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import SolverError
 from ...given.tables.solver_options import Method
+from ...runtime.ranks import answered
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..law_protocol import ContactLaw, bound_excess, law_residual
@@ -110,11 +111,11 @@ class Projection:
         if len(rules) == 1:
             if np.isnan(balance):
                 return rho
-            return _checked(rules[0].update(rho, balance), k)  # type: ignore[arg-type]
+            return _checked(answered(rules[0].update)(rho, balance), k)
         new = np.array(np.broadcast_to(rho, law.k))
         for rule, group, w in zip(rules, law.groups, np.atleast_1d(balance), strict=True):
             if not np.isnan(w):
-                new[group] = _checked(rule.update(float(new[group][0]), float(w)), k)
+                new[group] = _checked(answered(rule.update)(float(new[group][0]), float(w)), k)
         return new
 
 

@@ -6,6 +6,7 @@ A method of the package is a file here with `build`, and a line in `METHODS` of
 
 from __future__ import annotations
 
+import copy
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ import numpy as np
 from ...arrays import Array
 from ...errors import InputError
 from ...given.tables.solver_options import METHODS, Method
+from ...runtime.ranks import answered, is_shared
+from .. import laws
 from ..iteration import ContactMethod
 from ..law_protocol import ContactLaw
 from ..rho_rules import Rule, rule_of
@@ -143,4 +146,15 @@ def law_of(
             f"law: {type(law).__name__} does not project tractions of shape {shape}, m nodes of k "
             f"components"
         )
-    return checked
+    own = type(checked).__module__ != laws.__name__
+    return _answering_first(checked) if own and is_shared() else checked
+
+
+def _answering_first(law: ContactLaw) -> ContactLaw:
+    """Return a copy of a user's law whose answers are those of the first rank."""
+    kind = type(law)
+    members = {name: answered(getattr(kind, name)) for name in LAW_MEMBERS[2:]}
+    copied = copy.copy(law)
+    twin = type(kind.__name__, (kind,), {"__slots__": (), **members})
+    object.__setattr__(copied, "__class__", twin)
+    return copied

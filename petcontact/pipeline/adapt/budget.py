@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ...errors import InputError
@@ -12,6 +12,8 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...refinement.levels import growing
 from ...results.solution import Solution
 from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
+from ..eliminate import Announce
+from ..steps.increment import Monitor
 from .strategy import Strategy
 
 
@@ -39,6 +41,10 @@ class Reached:
     estimate: float
     seconds: float
     solution: Solution
+
+
+Callbacks = tuple[Monitor | None, Announce | None, Callable[[Reached], None] | None]
+"""What a solve calls: `monitor`, `announce` and `reached` of `solve`."""
 
 
 @dataclass(frozen=True)

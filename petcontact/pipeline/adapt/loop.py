@@ -11,10 +11,11 @@ In space, panels are cut where the tails of their tractions are large. The tails
 
 from __future__ import annotations
 
+import functools
 import logging
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -24,16 +25,16 @@ from ...model.problem import Problem
 from ...refinement.levels import check_accuracy
 from ...results.report import Finding
 from ...results.solution import Solution
+from ...runtime.ranks import alone, shared_solve
 from ...runtime.signals import BrokenOff
-from ...runtime.world import world
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
 from ..pose.interfaces import check_parts
-from ..run import prepare, reported, run, with_report
+from ..run import described, prepare, reported, run, with_report
 from ..steps.increment import Monitor
 from ..steps.start import NAMES
-from .budget import Reached, says_something, short_of
+from .budget import Callbacks, Reached, says_something, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
 from .halved_panels import HalvedPanels
@@ -204,8 +205,8 @@ def adapt(
         q at the ends of all steps; the default is 1e-2, in 3D 2e-2.
     method, rule, law
         As in `solve`.
-    comm : PETSc.Comm, optional
-        PETSc.COMM_WORLD by default.
+    comm : mpi4py.MPI.Comm or PETSc.Comm, optional
+        As in `solve`.
     monitor : callable, optional
         Called with the state after each iteration of each solve. If it returns a reason, the solve
         ends.
@@ -227,7 +228,26 @@ def adapt(
     InputError, SolverError
         As `solve`.
     """
-    comm, began = comm if comm is not None else world(), time.perf_counter()
+
+    def call() -> Callable[[], Mapping[str, Any]]:
+        given = {"method": method, "rule": rule, "law": law, "accuracy": accuracy}
+        return functools.partial(described, problem, **given)
+
+    with shared_solve(comm, call) as comm:
+        callbacks = monitor, alone(announce), alone(reached)
+        return _adapted(problem, accuracy, method, rule, law, comm, callbacks)
+
+
+def _adapted(
+    problem: Problem,
+    accuracy: float | None,
+    method: Any,
+    rule: Any,
+    law: Any,
+    comm: Any,
+    callbacks: Callbacks,
+) -> Solution:
+    began, (monitor, announce, reached) = time.perf_counter(), callbacks
     work = AdaptiveSolve(problem, comm, monitor, law, announce, reached)
     given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
     work.strategy.asked = accuracy is not None or bool(given)

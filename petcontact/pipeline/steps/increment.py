@@ -24,6 +24,7 @@ from ...geometry.rotation import Motions
 from ...given.interfaces import Law, PosedInterface
 from ...given.posed import HOLD, WHOLE_LOAD, Obstacle, Step
 from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
+from ...runtime.ranks import agreed_reason
 from ..judge.between_nodes import Sampling, places_between
 from ..pose.discretise import Discrete
 from .traction_errors import TractionErrors, traction_errors
@@ -374,7 +375,7 @@ class Increment:
         def keep(state: ContactState) -> str | None:
             last[:] = [state]
             state.where = where
-            return monitor(state) if monitor is not None else None
+            return agreed_reason(monitor(state) if monitor is not None else None)
 
         start = self._start()
         if start is None and posed.method.start == "frictionless":
