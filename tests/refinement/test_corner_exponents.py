@@ -14,7 +14,9 @@ from petcontact.refinement.corner_exponents import (
     FREE,
     SLIDING,
     corner_exponent,
+    exponents,
     pair_exponent,
+    wedge,
 )
 
 KAPPA = 3.0 - 4.0 * 0.3
@@ -42,6 +44,21 @@ def test_known_exponents(degrees, first, second, expected):
         assert corner_exponent(math.radians(degrees), KAPPA, *pair) == pytest.approx(
             expected, abs=3e-3
         )
+
+
+@pytest.mark.parametrize("degrees", [225, 270, 330])
+def test_both_exponents_of_a_notch(degrees):
+    """sin λω = ∓λ sin ω, opened and sheared: M. L. Williams (1952)."""
+    angle = math.radians(degrees)
+    expected = [
+        brentq(
+            lambda power, way=way: math.sin(power * angle) + way * power * math.sin(angle), *ends
+        )
+        for way, ends in ((1.0, (0.4, 0.9)), (-1.0, (0.51, 0.99)))
+        if math.sin(ends[1] * angle) + way * ends[1] * math.sin(angle) < 0.0
+    ]
+    found = [root.real for root in exponents(wedge(angle, KAPPA, FREE, FREE), 0.1, 0.99)]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize(("first", "kind"), [(FREE, 0.6), (CLAMPED, 0.9), (0.4, -0.7)])

@@ -1,0 +1,111 @@
+"""K of cracks and punches against known values, and the same places on every mesh."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from shapes import drawn, moved, problem, rectangle, rollers, solid, touching
+
+from petcontact import solve
+from petcontact.results.singular_places import singular_places
+
+
+def polygon(**starts):
+    """A polygon by its sides and where each starts."""
+    vertices = [[float(x) for x in start] for start in starts.values()]
+    return {"shape": "polygon", "vertices": vertices, "parts": list(starts)}
+
+
+def strengths(solution):
+    return [number for number in solution.numbers if number.name.startswith("K")]
+
+
+def test_a_flat_punch_without_friction():
+    """p = P/(π √(a² - x²)) on a half plane: K = P/(π √(2a)), and 1/√r. The half plane is a block
+    40 times as wide as the punch: its bounds change K by less than a hundredth."""
+    block = solid("block", rectangle([-20.0, -20.0], [20.0, 0.0]), moved("bottom", [0.0, 0.0]))
+    punch = {"name": "punch", "displacement": [0.0, "free"], "force": [0.0, -0.01]}
+    pair = touching("c", "block.top", "punch", gap="where(abs(x) <= 1, 0, 1)")
+    solution = solve(problem(body=[block], obstacle=[punch], contact=[pair]))
+    edges = [number for number in strengths(solution) if "edge" in number.name]
+    assert sorted(number.place[0] for number in edges) == pytest.approx([-1.0, 1.0])
+    for number in edges:
+        assert number.exponent == pytest.approx(0.5, abs=1e-9)
+        assert number.value[0] == pytest.approx(0.01 / (math.pi * math.sqrt(2.0)), rel=1e-2)
+
+
+def cracked(depth):
+    """Half a strip of width 1 and length 4 with a crack from its edge, drawn at its ends."""
+    corners = polygon(crack=(0, 0), ahead=(depth, 0), right=(1, 0), top=(1, 2), left=(0, 2))
+    mesh = {"accuracy": 1e-3, "order": 3}
+    strip = solid("strip", corners, *rollers("ahead"), drawn("top", [0.0, 1.0]), mesh=mesh)
+    return solve(problem(body=[strip]))
+
+
+def test_an_edge_crack_in_a_strip():
+    """K_I = F σ √(πa), and F = 2.8246 at half the width, of A. C. Kaya and F. Erdogan (1987)."""
+    (tip,) = strengths(cracked(0.5))
+    assert tip.name.startswith("K_I ") and tip.exponent == pytest.approx(0.5, abs=1e-9)
+    expected = 2.8246 * math.sqrt(0.5 * math.pi)
+    assert tip.value[0] == pytest.approx(expected, rel=1e-3)
+    assert abs(tip.value[0] - expected) < tip.error < 2e-3 * expected
+
+
+def test_the_energy_that_a_crack_releases():
+    """K_I² = E' dW/da, whatever the fit of K: W is the energy of the strip, twice that of half."""
+    step, energy = 0.02, []
+    for depth in (0.5 - step, 0.5 + step):
+        solution = cracked(depth)
+        mesh, result = solution.meshes["strip"], solution.last.bodies["strip"]
+        rows = mesh.nodes_of("top")
+        energy.append(mesh.weight[rows] @ result.u[rows, 1])
+    released = (energy[1] - energy[0]) / (2.0 * step)
+    (tip,) = strengths(cracked(0.5))
+    assert tip.value[0] == pytest.approx(math.sqrt(released / (1.0 - 0.3**2)), rel=5e-3)
+
+
+OCTAGON = [
+    [2.0 + 0.5 * math.cos(t), 2.0 + 0.5 * math.sin(t)]
+    for t in -np.arange(8) * math.pi / 4.0 - math.pi / 8.0
+]
+
+
+def hole(mesh):
+    """A plate with an octagonal hole, drawn."""
+    sides = [{"part": part, "to": to} for part, to in zip("abcd", SQUARE, strict=True)]
+    ring = [{"part": "hole", "to": to} for to in OCTAGON]
+    plate = {"shape": "outline", "loops": [sides, ring]}
+    return solid("plate", plate, *rollers("a"), drawn("c", [0.0, 1.0]), mesh=mesh)
+
+
+SQUARE = [[4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0]]
+
+
+def clamped(mesh):
+    """A block that is clamped at an end and drawn at the other."""
+    ends = moved("bottom", [0.0, 0.0]), drawn("top", [0.1, 1.0])
+    return solid("block", rectangle([0, 0], [1, 1]), *ends, mesh=mesh)
+
+
+def kinked(mesh):
+    """A side with a kink of 0.011 degrees."""
+    corners = polygon(bottom=(0, 0), r1=(2, 0), r2=(1.9998, 2), top=(2, 4), left=(0, 4))
+    ends = *rollers("bottom", "left"), drawn("top", [0.0, 1.0])
+    return solid("bar", corners, *ends, mesh=mesh)
+
+
+@pytest.mark.parametrize(("body", "count"), [(hole, 4), (clamped, 1), (kinked, 0)])
+def test_places_without_a_bound_are_the_same_on_every_mesh(body, count):
+    """And so is where stress is told to have none: at four corners of the hole it is small, and at
+    the kink it is a value."""
+    listed = []
+    for size, order in ((0.25, 2), (0.11, 1)):
+        solution = solve(problem(body=[body({"element_size": size, "order": order})]))
+        endless = {n.name for n in solution.numbers if math.isinf(n.error)}
+        (places,) = singular_places(solution, solution.last).values()
+        at = {(place.sides, *place.x.round(9).tolist()) for place in places}
+        listed.append((endless, at))
+    assert listed[0] == listed[1]
+    assert len({name.partition(" at ")[2] for name in listed[0][0]}) == count
