@@ -14,6 +14,7 @@ from typing import Any
 from ..contact.rho_rules import Rule
 from ..errors import InputError
 from ..given.tables.solver_options import Method
+from ..given.tables.validated import validated
 from ..model.case import load
 from ..model.problem import Problem
 from ..results.solution import Solution
@@ -174,6 +175,7 @@ def posed(
         raise InputError(
             f"a Problem or the name of a TOML file is expected, got {type(problem).__name__}"
         )
+    problem = validated(problem)
     changes: dict[str, Any] = {}
     if isinstance(method, str):
         method = Method(**{**problem.method.model_dump(exclude_unset=True), "name": method})

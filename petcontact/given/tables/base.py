@@ -152,11 +152,11 @@ Expression = Annotated[
 also a function of some of these by name, or one value a node of the part."""
 
 
-def _plain(value: Any) -> Any:
+def plain_values(value: Any) -> Any:
     """numpy's arrays and scalars as Python's, which is what a file would hold."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
+    return type(value)(map(plain_values, value)) if type(value) in (list, tuple) else value
 
 
 @dataclass_transform(field_specifiers=(pydantic.Field,))
@@ -174,9 +174,10 @@ class _OneLine(ModelMetaclass):
             for name, value in kwargs.items()
         }
         kwargs = {
-            name: _plain(value) for name, value in (cls._by_place(args, kwargs) | kwargs).items()
+            name: plain_values(value)
+            for name, value in (cls._by_place(args, kwargs) | kwargs).items()
         }
-        return _checked(cls, lambda: super(_OneLine, cls).__call__(**kwargs), kwargs)
+        return checked(cls, lambda: super(_OneLine, cls).__call__(**kwargs), kwargs)
 
     @property
     def __signature__(cls: Any) -> inspect.Signature:
@@ -315,10 +316,11 @@ def parse(cls: type[Model], data: dict[str, Any], source: str) -> Any:
     InputError
         One line: source, key, what was given, what is allowed.
     """
-    return _checked(cls, lambda: cls.model_validate(data), data, f"{source}: ")
+    return checked(cls, lambda: cls.model_validate(data), data, f"{source}: ")
 
 
-def _checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> Any:
+def checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> Any:
+    """What `build` makes; a mistake in the data is an `InputError` of one line."""
     try:
         return build()
     except pydantic.ValidationError as error:

@@ -21,6 +21,7 @@ from typing import Any
 
 from ...errors import InputError, SolverError
 from ...given.posed import Posed
+from ...given.tables.validated import validated
 from ...model.problem import Problem
 from ...refinement.levels import check_accuracy
 from ...results.report import Finding
@@ -230,6 +231,8 @@ def adapt(
     """
 
     def call() -> Callable[[], Mapping[str, Any]]:
+        nonlocal problem
+        problem = validated(problem)
         given = {"method": method, "rule": rule, "law": law, "accuracy": accuracy}
         return functools.partial(described, problem, **given)
 
