@@ -34,7 +34,7 @@ def test_show_prints_the_verdict_again(result, capsys):
     assert main(["show", str(result)]) == 0
     assert capsys.readouterr().out.startswith("converged: A block pressed onto another")
     assert main(["show", str(result), "--json"]) == 0
-    table = json.loads(capsys.readouterr().out)
+    table = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     force = [n for n in table["numbers"] if (n["name"], n["step"]) == ("force", 2)]
     assert table["status"] == "converged" and force[0]["of"] == "interface"
     assert force[0]["unit"] == "N/mm" and 0.0 < force[0]["error"] < force[0]["value"][1]

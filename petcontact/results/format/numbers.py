@@ -26,13 +26,14 @@ KINDS: dict[str, Any] = {
 
 def as_json(number: Number) -> str:
     """A number as a table; null stands for what is not known, or has no bound."""
-    table = {each.name: _plain(getattr(number, each.name)) for each in fields(number)}
+    table = {each.name: plain(getattr(number, each.name)) for each in fields(number)}
     return json.dumps(table | {"bounded": not math.isinf(number.error)})
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A value as JSON has it: lists, and None for what is not finite."""
     if isinstance(value, np.ndarray):
-        return [_plain(each) for each in value.tolist()]
+        return [plain(each) for each in value.tolist()]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -50,6 +51,7 @@ def read_numbers(group: Any, source: str) -> tuple[Number, ...] | None:
 
 
 def _number(row: Any, source: str) -> Number:
+    row = {"beside": None, "exponent": None} | row  # files of earlier versions lack these two
     values: dict[str, Any] = {each.name: row[each.name] for each in fields(Number)}
     for each in fields(Number):
         value, kinds = values[each.name], KINDS[str(each.type)]

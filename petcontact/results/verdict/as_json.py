@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import Any
 
 import numpy as np
 
 from ..data import SolutionData
+from ..format.numbers import plain
 from ..number import Number
 from .text import unit_of
 
@@ -25,13 +25,13 @@ def as_json(solution: SolutionData) -> str:
         "status": solution.status,
         "reason": solution.reason,
         "warnings": solution.warnings,
-        "error": _known(accuracy.error),
+        "error": plain(accuracy.error),
         "wanted": accuracy.wanted,
-        "path_error": _known(accuracy.path),
+        "path_error": plain(accuracy.path),
         "numbers": [_number(solution, number) for number in solution.numbers],
         "time": sum(solution.timings.values()),
     }
-    return json.dumps(table, indent=1, ensure_ascii=False)
+    return json.dumps(table, indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def _number(solution: SolutionData, number: Number) -> dict[str, Any]:
@@ -44,14 +44,10 @@ def _number(solution: SolutionData, number: Number) -> dict[str, Any]:
         "step": number.step,
         "step_name": names[0] if names else "",
         "cycle": number.cycle,
-        "value": values if len(values) > 1 else values[0],
-        "error": _known(number.error),
+        "value": plain(values if len(values) > 1 else values[0]),
+        "error": plain(number.error),
         "bounded": not np.isinf(number.error),
         "unit": unit_of(number.unit, solution.problem.units, power) or None,
-        "place": None if number.place is None else number.place.tolist(),
+        "place": None if number.place is None else plain(number.place),
         "part": number.part or None,
     }
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
