@@ -330,8 +330,8 @@ class Pair(Model):
         does neither.
     gap : "geometry" or expression
         Initial gap [length]. "geometry" is the distance along the direction; it is 0 against an
-        obstacle, and where the contact is bilateral or bonded. An expression is in the secondary's
-        x, y, nx, ny, s, in 3D x, y, z, nx, ny, nz.
+        obstacle without a shape, and where the contact is bilateral or bonded. An expression is in
+        the secondary's x, y, nx, ny, s, in 3D x, y, z, nx, ny, nz.
     direction : vector, optional
         Direction of the gap, from the secondary to the primary; the secondary's outward normal by
         default [-].

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given.interfaces import FRICTION, PLACED, Law, PosedInterface
 from ..given.values import Given, as_given
@@ -96,12 +97,22 @@ def _pairs(problem: Any) -> list[PosedInterface]:
         obstacle = obstacles.index(pair.primary) if rigid else None
         primary = None if rigid else problem.side(f"{key}.primary", pair.primary, obstacles)
         direction = None if along is None else np.array(along) / np.linalg.norm(along)
+        law = _law(key, pair)
+        if obstacle is not None and law.gap is None and law.normal == "unilateral":
+            law = replace(law, gap=_distance(problem, obstacle, f"{key}.gap", direction))
         interfaces.append(
-            PosedInterface(
-                pair.name, key, body, part, primary, obstacle, _law(key, pair), direction, ()
-            )
+            PosedInterface(pair.name, key, body, part, primary, obstacle, law, direction, ())
         )
     return interfaces
+
+
+def _distance(problem: Any, number: int, key: str, direction: Array | None) -> Given | None:
+    """The distance to an obstacle along a direction, None if it has no shape."""
+    obstacle, ray = problem.obstacle[number], None if direction is None else direction.tolist()
+    if obstacle.shape is None:
+        return None
+    aimed = obstacle.aimed(ray and tuple(ray), axial=problem.symmetry == "axial")
+    return as_given(aimed, key)
 
 
 def _law(place: str, law: Any) -> Law:

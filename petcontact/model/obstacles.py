@@ -9,7 +9,8 @@ import pydantic
 from ..errors import InputError
 from ..geometry.rotation import Motions as Kind
 from ..given.posed import HOLD
-from ..given.tables.base import Model, Name
+from ..given.shapes import Aimed, Ball, HalfSpace, Rod, Shape
+from ..given.tables.base import Directed, Finite, Model, Name, Positive, SpacePoint, Vector
 
 
 def _components(allowed: str, *words: str) -> pydantic.BeforeValidator:
@@ -66,6 +67,17 @@ def spread(value: Any, count: int, key: str) -> list[Any]:
     return [value] * count
 
 
+SHAPED = {
+    "circle": ("radius",),
+    "sphere": ("radius",),
+    "cylinder": ("from", "to", "radius"),
+    "plane": ("normal",),
+}
+"""Keys that a shape needs."""
+MAY: dict[str | None, tuple[str, ...]] = {**dict.fromkeys(SHAPED, ("hollow",)), "plane": ("point",)}
+"""Keys that a shape may have besides."""
+
+
 class Obstacle(Model):
     """A rigid body without a mesh: it moves by given components, or by those that are "free" under
     its force and moment.
@@ -77,6 +89,9 @@ class Obstacle(Model):
         [[obstacle]]
         name = "punch"
         displacement = ["free", -0.1]
+        shape = "circle"
+        centre = [0.0, 2.0]
+        radius = 2.0
 
     Attributes
     ----------
@@ -87,12 +102,27 @@ class Obstacle(Model):
     rotation : number or "free", in 3D one about each of x, y, z
         About the centre, counter-clockwise, small [rad].
     centre : point
-        Point about which it turns [length].
+        Point about which it turns, and the centre of a circle or a sphere [length].
     force : a number a component
         Force from outside on components that are free [force/length, in 3D force].
     moment : number, in 3D one about each of x, y, z
         Moment from outside about the centre, where the rotation is free [force, in 3D force ·
         length].
+    shape : {"circle", "plane", "sphere", "cylinder"}, optional
+        With a shape, the gap of unilateral contact is by default the distance to it along the
+        contact's direction. It is infinite where the ray misses. A circle is of the plane and of
+        axial problems, a sphere of axial problems and of space, a cylinder of space.
+    radius : float, optional
+        Of a circle, a sphere or a cylinder [length].
+    normal : vector, optional
+        Of a plane, out of the obstacle [-]; in axial problems along the axis.
+    point : point, optional
+        A point of a plane; by default `centre` [length].
+    from, to : points, optional
+        Centres of the two flat ends of a cylinder [length].
+    hollow : bool
+        Whether the body lies inside of a circle, a sphere, or a cylinder, which is then open at its
+        ends.
     """
 
     name: Name
@@ -101,6 +131,65 @@ class Obstacle(Model):
     centre: Loads = 0.0
     force: Loads = 0.0
     moment: Loads = 0.0
+    shape: Literal["circle", "plane", "sphere", "cylinder"] | None = pydantic.Field(
+        default=None, kw_only=True
+    )
+    radius: Positive | None = pydantic.Field(default=None, kw_only=True)
+    normal: Annotated[tuple[Finite, ...], Vector, Directed] | None = pydantic.Field(
+        default=None, kw_only=True
+    )
+    point: Annotated[tuple[Finite, ...], Vector] | None = pydantic.Field(default=None, kw_only=True)
+    # a word of Python's own
+    __annotations__["from"] = Annotated[
+        SpacePoint | None, pydantic.Field(default=None, kw_only=True)
+    ]
+    to: SpacePoint | None = pydantic.Field(default=None, kw_only=True)
+    hollow: bool = pydantic.Field(default=False, kw_only=True)
+
+    @pydantic.model_validator(mode="after")
+    def _keys_fit_shape(self) -> Obstacle:
+        needed = SHAPED.get(self.shape or "", ())
+        for key in ("radius", "normal", "point", "from", "to", "hollow"):
+            given = getattr(self, key) not in (None, False)
+            if given and self.shape is None:
+                raise InputError(f"{key}: belongs to a shape; give shape, as in shape = 'circle'")
+            if given and key not in (*needed, *MAY[self.shape]):
+                allowed = ", ".join((*needed, *MAY[self.shape]))
+                raise InputError(f"{key}: a {self.shape} has none; its keys are {allowed}")
+            if key in needed and not given:
+                raise InputError(f"{key}: this key is required of a {self.shape}")
+        if self.shape == "cylinder" and getattr(self, "from") == self.to:
+            raise InputError("from and to are the same point: a cylinder has a length")
+        return self
+
+    def aimed(self, direction: tuple[float, ...] | None, *, axial: bool) -> Aimed:
+        """The shape as rays along a unit vector, or along outward normals, meet it.
+
+        Raises
+        ------
+        InputError
+            If the problem has no such shape, or it is not one of revolution in an axial problem.
+        """
+        assert self.shape is not None
+        return Aimed(self.name, self.shape, self._shape(axial), direction, self.hollow)
+
+    def _shape(self, axial: bool) -> Shape:
+        head = f"obstacle {self.name!r}: "
+        if self.shape == "plane":
+            assert self.normal is not None
+            if axial and self.normal[0] != 0.0:
+                raise InputError(f"{head}normal: must be along the axis, got {self.normal}")
+            d = len(self.normal)
+            point = self._each("centre" if self.point is None else "point", d)
+            return HalfSpace(tuple(point), self.normal)
+        assert self.radius is not None
+        if self.shape == "cylinder":
+            assert self.to is not None
+            return Rod(getattr(self, "from"), self.to, self.radius, self.hollow)
+        centre = self.centre_in(2 if axial or self.shape == "circle" else 3)
+        if axial and centre[0] != 0.0:
+            raise InputError(f"{head}centre: must lie on the axis x = 0, got {centre}")
+        return Ball(tuple(centre), self.radius)
 
     def motions(self, kind: Kind) -> list[Any]:
         """Displacement and rotation, component by component, each a number, "free" or "hold".

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...compliance.interface import Interface
 from ...errors import InputError
 from ...geometry.rotation import lifted
@@ -110,7 +110,7 @@ def contact_interface(
     return (
         Interface(side.name, side.body, nodes, normal, tangent, gap, **opposite),
         _smallest(mesh, nodes, gap),
-        list(_findings(side, mesh, facing)),
+        list(_findings(side, mesh, facing, np.isfinite(gap))),
     )
 
 
@@ -121,14 +121,19 @@ def _overlap(law: Law, sites: Sites) -> Array:
     return np.asarray(sum(given, np.zeros(len(sites))))
 
 
-def _findings(side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None) -> Iterator[Finding]:
+def _findings(
+    side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None, met: Mask
+) -> Iterator[Finding]:
     """Find parts that never touch, what an obstacle without a gap fits, and gaps that do not count.
 
     Faces that lie across an axis may well lie on a flat obstacle.
     """
     where = f"pair {side.name!r}"
     by_shape, unilateral = side.law.gap is None, side.law.normal == "unilateral"
-    if facing is None:
+    if not met.any():
+        text = "no node of the secondary faces the primary along its normals: they never touch"
+        yield new_finding("facing", text, where)
+    elif facing is None:
         normal = mesh.smooth_normal[mesh.nodes_of(side.part)]
         bent = np.linalg.norm(np.ptp(normal, axis=0)) > SINGLE
         across = np.abs(normal).max(axis=1).min() > 1.0 - SINGLE
@@ -140,9 +145,6 @@ def _findings(side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None) -
                 where,
                 advice="give the gap to a flat or another one as an expression",
             )
-    elif not facing.met.any():
-        text = "no node of the secondary faces the primary along its normals: they never touch"
-        yield new_finding("facing", text, where)
     elif by_shape and not unilateral:
         off = np.where(facing.met, np.abs(facing.distance) - facing.sag, 0.0)
         far = float(facing.distance[off.argmax()])

@@ -1,0 +1,249 @@
+"""Rigid tools with a shape: the distance to it is the gap that an expression gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from problems import block, obstacle, posed
+
+from petcontact import Obstacle, solve
+from petcontact.errors import InputError
+from petcontact.given.shapes import Aimed, Ball, Distance, HalfSpace, Rod
+from petcontact.given.sites import Sites
+
+R, DEPTH = 2.0, 0.01
+AXIAL = 'symmetry = "axial"\n'
+BALL = f"centre = {{}}\nradius = {R}"
+ROUND = f"{R - DEPTH} - sqrt({R**2} - x**2{{}})"
+"""The gap below a circle, a sphere or a cylinder whose lowest point lies DEPTH below the top."""
+SLOPE = 0.004
+CASES = {
+    "circle": (2, "", 'shape = "circle"\n' + BALL.format([0.0, R - DEPTH]), ROUND.format("")),
+    "slanted plane": (
+        2,
+        "",
+        f'shape = "plane"\npoint = [0.0, {-DEPTH}]\nnormal = [{SLOPE}, -1.0]',
+        f"{SLOPE}*x - {DEPTH}",
+    ),
+    "sphere, axial": (
+        2,
+        AXIAL,
+        'shape = "sphere"\n' + BALL.format([0.0, R - DEPTH]),
+        ROUND.format(""),
+    ),
+    "circle, axial": (
+        2,
+        AXIAL,
+        'shape = "circle"\n' + BALL.format([0.0, R - DEPTH]),
+        ROUND.format(""),
+    ),
+    "plane, axial": (
+        2,
+        AXIAL,
+        f'shape = "plane"\ncentre = [0.0, {-DEPTH}]\nnormal = [0.0, -1.0]',
+        f"{-DEPTH}",
+    ),
+    "sphere": (
+        3,
+        "",
+        'shape = "sphere"\n' + BALL.format([0.0, 0.0, R - DEPTH]),
+        ROUND.format(" - y**2"),
+    ),
+    "cylinder": (
+        3,
+        "",
+        f'shape = "cylinder"\nfrom = [0.0, -3.0, {R - DEPTH}]\nto = [0.0, 3.0, {R - DEPTH}]\n'
+        f"radius = {R}",
+        ROUND.format(""),
+    ),
+    "plane": (
+        3,
+        "",
+        f'shape = "plane"\npoint = [0.0, 0.0, {-DEPTH}]\nnormal = [0.0, {SLOPE}, -1.0]',
+        f"{SLOPE}*y - {DEPTH}",
+    ),
+}
+
+
+def pressed(d: int, head: str, tool: str, gap: str = "", mesh: str = "", contact: str = "") -> str:
+    """A block of height 1 whose top a tool presses."""
+    low = [0.0 if head else -1.0] + [-1.0] * (d - 1)
+    mesh = mesh or ("element_size = 0.2" if d == 2 else "element_size = 0.5")
+    text = head + block("block", low, [1.0] * (d - 1) + [0.0], 100.0, 0.3, mesh, bottom=[0.0] * d)
+    text += obstacle("tool", [0.0] * d, tool)
+    up = [0.0] * (d - 1) + [1.0]
+    text += f'[[contact]]\nname = "pair"\nsecondary = "block.top"\nprimary = "tool"\n{contact}'
+    return text + f"direction = {up}\n" + (f'gap = "{gap}"\n' if gap else "")
+
+
+def last(text: str):
+    solution = solve(posed(text))
+    assert solution.converged, solution.reason
+    return solution.last.pairs["pair"]
+
+
+@pytest.mark.usefixtures("unestimated", "unsampled")
+@pytest.mark.parametrize("case", CASES)
+def test_a_shape_presses_as_its_expression(case):
+    d, head, tool, gap = CASES[case]
+    with_shape, by_hand = last(pressed(d, head, tool)), last(pressed(d, head, "", gap))
+    largest = by_hand.pressure.max()
+    assert largest > 0.0
+    assert np.allclose(with_shape.gap, by_hand.gap, atol=1e-9)
+    assert np.allclose(with_shape.pressure, by_hand.pressure, atol=1e-7 * largest)
+
+
+def test_meshes_and_estimates_see_a_shape_as_its_expression():
+    """The mesh by default resolves the edge of contact; the judge looks between the nodes."""
+    d, head, tool, gap = CASES["circle"]
+    found = [
+        solve(posed(pressed(d, head, *given, mesh="order = 2")))
+        for given in ((tool, ""), ("", gap))
+    ]
+    assert len(found[0].last.pairs["pair"].x) == len(found[1].last.pairs["pair"].x)
+    forces = [solution.last.pairs["pair"].force for solution in found]
+    assert np.allclose(*forces, rtol=1e-6)
+
+
+def test_nodes_that_the_rays_miss_stay_open():
+    tool = f'shape = "circle"\ncentre = [0.0, {0.5 - DEPTH}]\nradius = 0.5'
+    gap = f"where(abs(x) < 0.5, {0.5 - DEPTH} - sqrt(abs(0.25 - x**2)), 1.0)"
+    mesh = "element_size = 0.04, order = 2"
+    found, wanted = last(pressed(2, "", tool, mesh=mesh)), last(pressed(2, "", "", gap, mesh))
+    missed = np.abs(found.x[:, 0]) > 0.5
+    assert missed.any() and np.all(np.isinf(found.gap[missed]))
+    assert np.allclose(found.pressure, wanted.pressure, atol=1e-7 * wanted.pressure.max())
+
+
+def test_a_tool_that_no_ray_meets_is_told():
+    tool = 'shape = "circle"\ncentre = [9.0, 1.0]\nradius = 0.5'
+    solution = solve(posed(pressed(2, "", tool)))
+    assert "never touch" in solution.verdict()
+    assert solution.last.pairs["pair"].pressure.max() == 0.0
+
+
+PIN = """
+[[body]]
+name = "pin"
+material = {{ young_modulus = 1000.0, poisson_ratio = 0.3 }}
+geometry = {{ shape = "outline", loops = [[
+    {{ part = "face", to = [0.0, -1.0], radius = 1.0 }},
+    {{ part = "face", to = [1.0, 0.0], radius = 1.0 }},
+    {{ part = "top", to = [-1.0, 0.0] }} ]] }}
+mesh = {{ element_size = 0.1, order = 2 }}
+boundary = [{{ part = "top", condition = "displacement", value = [0.0, -0.02] }}]
+[[obstacle]]
+name = "hole"
+{}
+[[contact]]
+name = "pair"
+secondary = "pin.face"
+primary = "hole"
+{}
+"""
+
+
+@pytest.mark.usefixtures("unestimated", "unsampled")
+def test_a_hollow_circle_holds_a_pin():
+    """Along the normals the bore is y n_y + sqrt(1.05² - y² (1 - n_y²)) away from the middle."""
+    tool = 'shape = "circle"\ncentre = [0.0, 0.05]\nradius = 1.05\nhollow = true'
+    gap = 'gap = "0.05*ny + sqrt(1.05**2 - 0.05**2*(1 - ny**2)) - 1"'
+    found, wanted = (last(PIN.format(*given)) for given in ((tool, ""), ("", gap)))
+    assert wanted.pressure.max() > 1.0
+    assert np.allclose(found.gap, wanted.gap, atol=1e-9)
+    assert np.allclose(found.pressure, wanted.pressure, atol=1e-7 * wanted.pressure.max())
+
+
+@pytest.mark.parametrize("hollow", [False, True])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Ball((0.1, -0.2, 0.3), 0.9),
+        HalfSpace((0.1, 0.2, 0.3), (1.0, 2.0, -0.5)),
+        Rod((-0.5, 0.0, -0.2), (0.4, 0.3, 0.6), 0.5),
+    ],
+)
+def test_a_ray_ends_on_the_surface(shape, hollow):
+    """Between entry and exit a line is inside; before and after it, outside."""
+    rng = np.random.default_rng(7)
+    x, ray = rng.uniform(-2.0, 2.0, (400, 3)), rng.normal(size=(400, 3))
+    ray /= np.linalg.norm(ray, axis=1)[:, None]
+    enter, leave, _ = shape.crossing(x, ray)
+    line = np.linspace(-6.0, 6.0, 2001)
+    points = x[:, None] + line[:, None] * ray[:, None]
+    shown = _inside(shape, points)
+    told = (line > enter[:, None]) & (line < leave[:, None])
+    clear = np.minimum(abs(line - enter[:, None]), abs(line - leave[:, None])) > 1e-9
+    # a line that meets only the back of a half space never enters it
+    counts = clear & ((enter <= leave)[:, None] | (not isinstance(shape, HalfSpace)))
+    assert np.array_equal(told[counts], shown[counts])
+    assert told.any(axis=1).mean() > 0.05
+    distance = Distance("gap", Aimed("tool", "shape", shape, None, hollow)).at(Sites(x, ray))
+    met = np.isfinite(distance)
+    assert np.array_equal(distance[met], (leave if hollow else enter)[met])
+
+
+def _inside(shape, points):
+    if isinstance(shape, Ball):
+        return np.linalg.norm(points - shape.centre, axis=-1) < shape.radius
+    if isinstance(shape, HalfSpace):
+        return (points - np.array(shape.point)) @ np.array(shape.normal) < 0.0
+    axis = np.subtract(shape.end, shape.start)
+    height = (points - np.array(shape.start)) @ axis / (axis @ axis)
+    off = np.linalg.norm(points - shape.start - height[..., None] * axis, axis=-1)
+    return (height > 0.0) & (height < 1.0) & (off < shape.radius)
+
+
+def test_a_bore_is_open_at_its_ends():
+    bore = Rod((0.0, 0.0, 0.0), (0.0, 0.0, 2.0), 1.0, is_bore=True)
+    seen = Distance("gap", Aimed("bore", "cylinder", bore, None, hollow=True))
+    x = np.array([[0.5, 0.0, 1.0], [0.5, 0.0, 1.0], [0.0, 0.0, 3.0], [1.1, 0.0, 1.0]])
+    ray = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    assert np.allclose(seen.at(Sites(x, ray)), [0.5, np.inf, np.inf, -0.1])
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ('shape = "circle"', "obstacle[0]: radius: this key is required of a circle"),
+        ("radius = 1.0", "radius: belongs to a shape"),
+        ('shape = "plane"\nnormal = [0, 1]\nhollow = true', "hollow: a plane has none"),
+        ('shape = "sphere"\nradius = -1.0', "obstacle[0].radius: must be greater than 0"),
+        ('shape = "polygon"', "obstacle[0].shape: must be 'circle', 'plane', 'sphere' or 'cylin"),
+        (
+            'shape = "cylinder"\nfrom = [0, 0, 1]\nto = [0, 0, 1]\nradius = 1.0',
+            "from and to are the same point",
+        ),
+        ('shape = "circle"\nradius = 1.0\ncentre = [0, 0, 1]', "centre: needs 2 components"),
+        ('shape = "plane"\nnormal = [0.0, 0.0]', "must be a vector other than zero"),
+    ],
+)
+def test_a_shape_that_is_none_is_refused(given, told):
+    with pytest.raises(InputError) as error:
+        posed(pressed(2, "", given))
+    assert told in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("head", "given", "told"),
+    [
+        ("", 'shape = "sphere"\nradius = 1.0', "has the shape 'sphere' in 3 dimensions; the body"),
+        (AXIAL, 'shape = "sphere"\ncentre = [1.0, 1.0]\nradius = 1.0', "must lie on the axis"),
+        (AXIAL, 'shape = "plane"\nnormal = [1.0, -1.0]', "must be along the axis"),
+    ],
+)
+def test_a_shape_of_other_problems_is_refused(head, given, told):
+    with pytest.raises(InputError, match=told):
+        solve(posed(pressed(2, head, given)))
+
+
+def test_python_has_the_same_keys():
+    tool = Obstacle("axle", shape="cylinder", from_=(0, 0, 0), to=(0, 0, 2), radius=1.0)
+    assert tool.aimed(None, axial=False).shape == Rod((0.0, 0.0, 0.0), (0.0, 0.0, 2.0), 1.0)
+
+
+def test_rays_along_and_across_the_axis_of_a_cylinder():
+    rod = Distance("gap", Aimed("rod", "cylinder", Rod((0.0, 0.0, 0.0), (0.0, 0.0, 2.0), 1.0)))
+    x = np.array([[0.5, 0.0, 3.0], [1.5, 0.0, 3.0], [2.0, 0.0, 1.0], [2.0, 0.0, 3.0]])
+    ray = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    assert np.allclose(rod.at(Sites(x, ray)), [1.0, np.inf, 1.0, np.inf])
