@@ -6,6 +6,7 @@ from .errors import SolverError as SolverError
 from .fields.interior import field_at as field_at
 from .fields.interior import field_on_grid as field_on_grid
 from .given.tables.material import Material as Material
+from .given.tables.points import Points as Points
 from .given.tables.solver_options import Bem as Bem
 from .given.tables.solver_options import MeshOptions as MeshOptions
 from .given.tables.solver_options import Method as Method

@@ -88,7 +88,7 @@ class Line:
         fractions = np.unique(np.concatenate([np.linspace(0.0, 1.0, OWN_SAMPLES), *samples]))
         sampled, switches = values(fractions), [np.empty((2, 0))]
         far = float(np.abs([self.side.start, self.side.end]).max()) / self.side.length
-        if len(fractions) > OWN_SAMPLES:
+        if any(datum.varies and datum.rough for datum in data):
             for c, column in enumerate(sampled.T):
 
                 def component(at: Array, c: int = c) -> Array:

@@ -37,12 +37,15 @@ class Given(abc.ABC):
         Whether the values may differ from place to place.
     everywhere : bool
         Whether the values are known at all places; else only at the nodes of one mesh.
+    rough : bool
+        Whether they may have kinks and jumps along a line.
     """
 
     key: str = field(compare=False)
     source: Any
     varies: ClassVar[bool] = True
     everywhere: ClassVar[bool] = True
+    rough: ClassVar[bool] = True
 
     @abc.abstractmethod
     def values(self, sites: Sites) -> Array:
@@ -95,6 +98,11 @@ class Given(abc.ABC):
         """Return fractions (k,) of a line at which the values may be narrow, and increasing ones
         (n,) between which they are resolved."""
         return np.empty(0), uniform()
+
+    @property
+    def noise(self) -> tuple[float, float]:
+        """Noise of measured values that are followed, and its share of their second differences."""
+        return 0.0, 0.0
 
     @property
     def words(self) -> str:

@@ -19,6 +19,7 @@ from ..given.tables.base import (
     Vector,
 )
 from ..given.tables.material import Material
+from ..given.tables.points import ExpressionOrPoints
 from ..given.tables.solver_options import MeshOptions
 from .loads import PointForce, VolumeLoads
 from .shapes.files import Gmsh, Superelement
@@ -202,7 +203,7 @@ class Contact(Model):
     normal : {"bilateral", "unilateral", "bonded"}
         u_n = gap; pressure p >= 0 where the gap closes, none where it is open; or u = 0 altogether.
         Required beside a gap, an overlap, a preload or a friction coefficient.
-    gap : expression
+    gap : expression or points
         Initial gap along the outward normal [length].
     friction_coefficient : expression, optional
         Coulomb's coefficient µ >= 0: the shear is at most µp, or µ|p| where bilateral contact
@@ -226,7 +227,7 @@ class Contact(Model):
     part: str
     condition: Literal["contact"] = pydantic.Field(default="contact", kw_only=True)
     normal: Normal = "bilateral"
-    gap: Expression = 0.0
+    gap: ExpressionOrPoints = 0.0
     friction_coefficient: Expression | None = None
     friction_bound: Expression | None = None
     wear_coefficient: Expression | None = pydantic.Field(default=None, kw_only=True)
@@ -328,7 +329,7 @@ class Pair(Model):
     normal : {"unilateral", "bilateral", "bonded"}
         Unilateral contact may open, bilateral contact stays closed and may slip, bonded contact
         does neither.
-    gap : "geometry" or expression
+    gap : "geometry", expression or points
         Initial gap [length]. "geometry" is the distance along the direction; it is 0 against an
         obstacle without a shape, and where the contact is bilateral or bonded. An expression is in
         the secondary's x, y, nx, ny, s, in 3D x, y, z, nx, ny, nz.
@@ -358,7 +359,7 @@ class Pair(Model):
     secondary: str
     primary: str
     normal: Normal = "unilateral"
-    gap: Expression = "geometry"
+    gap: ExpressionOrPoints = "geometry"
     direction: Annotated[tuple[Finite, ...], Vector, Directed] | None = None
     friction_coefficient: Expression | None = None
     friction_bound: Expression | None = None

@@ -131,7 +131,7 @@ def parse_problem(
     """A problem from plain data; files that it names are taken relative to `folder`."""
     for key, value in overrides.items():
         set_key(data, whole_key(key), value, source)
-    data = _found_in(with_values(data, (Problem, OneBody), source), folder)
+    data = _points_in(_found_in(with_values(data, (Problem, OneBody), source), folder), folder)
     if isinstance(data.get("body"), list):
         data["body"] = [
             _found_in(body, folder) if isinstance(body, dict) else body for body in data["body"]
@@ -146,6 +146,20 @@ def _found_in(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     if isinstance(geometry, dict) and isinstance(geometry.get("file"), str):
         return {**data, "geometry": {**geometry, "file": str(folder / geometry["file"])}}
     return dict(data)
+
+
+def _points_in(data: Any, folder: Path) -> Any:
+    """A copy of the data with all files of points relative to the folder."""
+    if isinstance(data, list):
+        return [_points_in(each, folder) for each in data]
+    if not isinstance(data, dict):
+        return data
+    return {
+        key: str(folder / value)
+        if key == "points" and isinstance(value, str)
+        else _points_in(value, folder)
+        for key, value in data.items()
+    }
 
 
 KEYS = frozenset((*OneBody.model_fields, *Problem.model_fields))

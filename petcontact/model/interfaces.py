@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from ..given import splines  # noqa: F401 (it registers a kind of datum)
 from ..given.interfaces import FRICTION, PLACED, Law, PosedInterface
 from ..given.values import Given, as_given
 from ..runtime.hints import demand_name

@@ -34,6 +34,8 @@ KINDS = {
     "matching": Kind("warning"),
     "facing": Kind("warning"),
     "fitting gap": Kind("warning"),
+    # noise of measured points over their second differences, of which pressures are made
+    "noise": Kind("warning", 0.1),
     "volume loads": Kind("warning"),
     # for one increment
     "stopped": Kind("failed"),
