@@ -9,8 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy import interpolate
-
 from ..arrays import Array
 from ..errors import InputError
 from ..round_off import SUMMED
@@ -129,6 +127,8 @@ def noise_of(x: Array, y: Array) -> tuple[float, float]:
 
 
 def _curve(x: Array, y: Array) -> Fit:
+    from scipy import interpolate  # its import takes long, and most problems have no points
+
     def fit(squares: float) -> Callable[..., Array]:
         if not squares:
             through: Callable[..., Array] = interpolate.make_interp_spline(x, y)
@@ -140,6 +140,8 @@ def _curve(x: Array, y: Array) -> Fit:
 
 
 def _surface(key: str, x: Array, y: Array, z: Array) -> Fit:
+    from scipy import interpolate
+
     lines = [np.unique(column) for column in (x, y)]
     order = np.lexsort((y, x))
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
