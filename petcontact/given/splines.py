@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+
 from ..arrays import Array
 from ..errors import InputError
 from ..round_off import SUMMED
