@@ -16,7 +16,7 @@ BOOKS = {
     "Tutorial": ("tutorial", "installing", "gallery"),
     "How-to": (
         *("recipes", "choosing", "troubleshooting", "fields", "export", "sweeps", "axial"),
-        *("loads", "wear", "fatigue", "extending"),
+        *("loads", "wear", "fatigue", "corners", "extending"),
     ),
     "Reference": (
         *("config", "glossary", "contact", "space", "python", "methods", "options", "operators"),

@@ -47,7 +47,7 @@ class Number:
         Of the boundary, where a maximum lies; empty inside.
     beside : (d,) array, optional
         A place without a bound at whose stated distance the number is the largest, or of whose K
-        it is [length].
+        it is; None of that of an edge, which is at `place` [length].
     exponent : float
         λ of a K: stress is K r^(λ-1); NaN of other numbers.
     """

@@ -22,7 +22,7 @@ from .number import DISPLACEMENT, ENERGY, Number
 from .peaks import stress_peaks
 from .records import PairResult, StepResult
 from .singular_places import singular_places
-from .strengths import CRACK, beside, fits
+from .strengths import beside, fits
 
 ACROSS, LOOKED_AT = (9, 33), (8, 1)
 """Places along each direction of an element at which a maximum is looked for between the nodes,
@@ -65,7 +65,10 @@ class _OfStep:
             yield from self._resultants(name)
             yield from self._of_contact(name)
         yield from self._of_obstacles()
-        yield from self._strengths()
+        strengths = list(self._strengths())
+        rising = sorted(strengths, key=lambda each: np.nan_to_num(each.size))
+        largest = {each.key: each for each in rising}  # the last of those with one name
+        yield from (largest[key] for key in dict.fromkeys(each.key for each in strengths))
         yield from self._displaced()
         yield from self._held()
 
@@ -151,24 +154,25 @@ class _OfStep:
         return self._number(word, of, top, "stress", place=near.endless, error=np.inf, alone=alone)
 
     def _strengths(self) -> Iterator[Number]:
-        """Yield K of each place without a bound, in the order of their exponents."""
+        """Yield K of each place without a bound, in the order of their exponents; of edges between
+        the same sides the largest, as there are more of them on finer meshes."""
         for place, found in itertools.groupby(self._fits, key=lambda each: each.place):
             modes = sorted(found, key=lambda each: each.power)
             where = shown(np.where(np.abs(place.x) < SINGLE * place.size, 0.0, place.x), 6)
+            at = "" if place.is_edge else f" at {where}"
             for k, fit in enumerate(modes, 1):
                 own = f"_{fit.mode.name}" if fit.is_crack else f"_{k}" * (len(modes) > 1)
-                unit = CRACK if fit.is_crack else 1.0
                 yield Number(
-                    f"K{own} at {where} ({place.sides})",
+                    f"K{own}{at} ({place.sides})",
                     place.body,
                     self._step.step,
                     self._step.cycle,
-                    np.array([unit * fit.value]),
+                    np.array([fit.told[0]]),
                     f"stress length^{-fit.power:.4g}",
                     place=place.x,
-                    beside=place.x,
+                    beside=None if place.is_edge else place.x,
                     exponent=fit.mode.exponent.real,
-                    alone=unit * fit.spread,
+                    alone=fit.told[1],
                 )
 
     def _of_obstacles(self) -> Iterator[Number]:

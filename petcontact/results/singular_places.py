@@ -109,7 +109,9 @@ class _Body:
     def _size(self, x: Array, corner: int | None = None) -> float:
         """The size of the feature at a point, or at a corner by its number [length]."""
         corners = self._corners
-        away = [np.linalg.norm(points - x, axis=1) for points, _ in self._edges]
+        # of a body of revolution the ring goes on beyond the axis
+        others = *self._mesh.images(x[None]), *(points for points, _ in self._edges)
+        away = [np.linalg.norm(points - x, axis=1) for points in others]
         if corner is None:
             away.append(np.linalg.norm(corners.x - x, axis=1))
         else:

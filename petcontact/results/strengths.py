@@ -131,6 +131,12 @@ class Fit:
         return max(reach, own) if reach > MATTERS * own else reach
 
     @property
+    def told(self) -> tuple[float, float]:
+        """K and its spread as they are told: of a crack the stress intensity factor."""
+        unit = CRACK if self.is_crack else 1.0
+        return unit * self.value, unit * self.spread
+
+    @property
     def is_crack(self) -> bool:
         """Whether K is told as a stress intensity factor: σ = K_I/√(2πr)."""
         return not self.place.pressed and abs(self.mode.exponent.real - 0.5) < NEAR

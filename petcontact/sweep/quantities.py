@@ -15,7 +15,10 @@ import numpy as np
 from ..contact.law_protocol import OPEN, SLIP
 from ..errors import InputError
 from ..model.problem import Problem
+from ..results.singular_places import singular_places
 from ..results.solution import Solution
+from ..results.strengths import Fit, beside, fits, told_at
+from ..round_off import first_largest
 from .published import published_count
 
 Quantity = Callable[[Solution], float]
@@ -121,8 +124,8 @@ def trust(solution: Solution) -> dict[str, float]:
     """Return estimated_error, see `Accuracy`, NaN where it is not known, and the number of
     warnings; on adaptive meshes also `peaks`.
 
-    There they cost little in comparison with the solve. A max_pressure without a bound is infinite,
-    and `unbounded` is the number of places where stress has none.
+    There they cost little in comparison with the solve. `unbounded` is the number of places where
+    stress has no bound.
     """
     accuracy = solution.accuracy
     result = {"estimated_error": accuracy.error, "warnings": len(solution.warnings)}
@@ -130,8 +133,40 @@ def trust(solution: Solution) -> dict[str, float]:
         endless = [number.name for number in solution.numbers if math.isinf(number.error)]
         result["unbounded"] = sum(name.startswith(PEAKS["peak_von_mises"]) for name in endless)
         result |= peaks(solution)
-        if "largest p" in endless:
-            result["max_pressure"] = math.inf
+    return result
+
+
+def unbounded_pressure(solution: Solution) -> dict[str, float]:
+    """Return an infinite max_pressure where pressure has no bound, and how it grows there.
+
+    Returns
+    -------
+    dict of str to float
+        Empty where pressure has a bound. stress_intensity: K of the place where pressure is largest
+        at the distance at which it is told; stress_exponent: its λ, pressure is K r^(λ-1). Under an
+        apex neither is there. On given meshes only places beside the largest p are looked at, which
+        takes less time than a case.
+    """
+    step, found = solution.last, list[Fit]()
+    endless = False
+    for name, pair in step.pairs.items():
+        body, _ = solution.sides[name]
+        top = solution.meshes[body].element[solution.nodes[name][first_largest(pair.pressure)]]
+        near = any(top in place.elements for place in singular_places(solution, step)[body])
+        if not near and solution.accuracy.wanted is None:
+            continue
+        at = beside(solution, step, name, "pressure", pair.pressure).endless
+        if at is not None:
+            endless = True
+            own = (fit for fit in fits(solution, step) if fit.place.body == body)
+            found += [fit for fit in own if np.array_equal(fit.place.x, at)]
+    if not endless:
+        return {}
+    result = {"max_pressure": math.inf}
+    if found := [fit for fit in found if math.isfinite(fit.value)]:
+        most = max(found, key=lambda fit: told_at([fit], "pressure"))
+        result["stress_intensity"] = most.told[0]
+        result["stress_exponent"] = most.mode.exponent.real
     return result
 
 
@@ -219,6 +254,7 @@ def users(
 def is_column(name: str) -> bool:
     """Return whether the table of some sweep has a column of this name."""
     own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error", "warnings", "unbounded"}
+    own |= {"stress_intensity", "stress_exponent"}
     return name in own or name.startswith(("force_", "moment", "von_mises_", "history_", "worn_"))
 
 
@@ -248,6 +284,7 @@ def row_of(
         **resultants(solution),
         **wear(solution),
         **trust(solution),
+        **unbounded_pressure(solution),
         **von_mises_at(solution, points),
         **{name: float(function(solution)) for name, function in (more or {}).items()},
     }

@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from shapes import drawn, moved, problem, rectangle, rollers, solid, touching
+from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, touching
 
 from petcontact import solve
 from petcontact.results.singular_places import singular_places
+from petcontact.results.strengths import fits
+from petcontact.sweep.quantities import unbounded_pressure
 
 
 def polygon(**starts):
@@ -22,18 +24,40 @@ def strengths(solution):
     return [number for number in solution.numbers if number.name.startswith("K")]
 
 
-def test_a_flat_punch_without_friction():
-    """p = P/(π √(a² - x²)) on a half plane: K = P/(π √(2a)), and 1/√r. The half plane is a block
-    40 times as wide as the punch: its bounds change K by less than a hundredth."""
-    block = solid("block", rectangle([-20.0, -20.0], [20.0, 0.0]), moved("bottom", [0.0, 0.0]))
+@pytest.mark.parametrize(("axial", "left"), [(False, -20.0), (True, 0.0)])
+def test_a_flat_punch_without_friction(axial, left):
+    """p = P/(π √(a² - x²)) on a half plane, P/(2πa √(a² - r²)) on a half space: K = P/(π √(2a)),
+    P/(2πa √(2a)), and 1/√r. The block is 20 times as wide as the punch: its bounds change K by less
+    than a hundredth. Stress is told at a tenth of the width of the punch from its edge."""
+    block = solid("block", rectangle([left, -20.0], [20.0, 0.0]), moved("bottom", [0.0, 0.0]))
     punch = {"name": "punch", "displacement": [0.0, "free"], "force": [0.0, -0.01]}
     pair = touching("c", "block.top", "punch", gap="where(abs(x) <= 1, 0, 1)")
-    solution = solve(problem(body=[block], obstacle=[punch], contact=[pair]))
+    more = {"symmetry": "axial"} if axial else {}
+    solution = solve(problem(body=[block], obstacle=[punch], contact=[pair], **more))
     edges = [number for number in strengths(solution) if "edge" in number.name]
-    assert sorted(number.place[0] for number in edges) == pytest.approx([-1.0, 1.0])
+    at = sorted(number.place[0] for number in edges)
+    assert at == pytest.approx([1.0] if axial else [-1.0, 1.0])
     for number in edges:
         assert number.exponent == pytest.approx(0.5, abs=1e-9)
-        assert number.value[0] == pytest.approx(0.01 / (math.pi * math.sqrt(2.0)), rel=1e-2)
+        expected = 0.01 / (math.pi * math.sqrt(2.0)) / (2.0 if axial else 1.0)
+        assert number.value[0] == pytest.approx(expected, rel=1e-2)
+    found = unbounded_pressure(solution)
+    assert found["max_pressure"] == math.inf
+    assert found["stress_intensity"] == pytest.approx(expected, rel=1e-2)
+    (places,) = singular_places(solution, solution.last).values()
+    told = [place.distance for place in places if "edge" in place.sides]
+    assert told == pytest.approx([0.2] * len(edges))
+
+
+def test_an_edge_in_space_has_one_strength():
+    """That of its strongest segment, however many elements there are."""
+    ends = moved("bottom", [0.0] * 3), drawn("top", [0.1, 0.0, 0.0])
+    shape = cuboid([0.0] * 3, [1.0] * 3)
+    solution = solve(problem(body=[solid("block", shape, *ends, mesh={"element_size": 0.5})]))
+    found = strengths(solution)
+    assert len(found) == 4
+    own = [fit for fit in fits(solution, solution.last) if fit.place.sides in found[0].name]
+    assert len(own) > 1 and abs(found[0].value[0]) == max(abs(fit.value) for fit in own)
 
 
 def cracked(depth):

@@ -46,8 +46,9 @@ def _strengths(tell: Teller, place: Number) -> list[str]:
     """The largest K of each mode at a place without a bound, and its λ."""
     largest = dict[str, Number]()
     for each in sorted(tell.numbers.values(), key=lambda each: each.size):
-        at = each.beside if each.of == place.of and not np.isnan(each.exponent) else None
-        if at is not None and not np.any(at != place.place):
+        own = each.of == place.of and each.name.endswith(f" ({place.part})")
+        here = each.beside is None or not np.any(each.beside != place.place)
+        if own and here and not np.isnan(each.exponent):
             largest[each.name] = each
     return [
         f"{name.partition(' ')[0]} {tell.number(each, place=False)}, λ {each.exponent:.4g}"
