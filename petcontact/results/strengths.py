@@ -1,47 +1,29 @@
-"""Generalised stress intensities K: how strongly stress grows towards a place without a bound.
-
-Displacements u and tractions t at the nodes on both sides of the place, on all elements but those
-that end there, are fitted by fields of its `Expansion`: a translation, the modes, and fields that
-satisfy equilibrium but no condition on the sides, with the exponents of all regular terms, of loads
-(1, 2, 3), and of what curved sides add to the modes (λ + 1, λ + 2). Rows are 2µ u and r t, both
-over r^λ, each weighted by the length of the boundary over r. So every decade of r counts alike,
-as elements graded towards the place are as exact in each.
-"""
+"""Generalised stress intensities K: how strongly stress grows towards a place without a bound."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from ..arrays import Array, Complex, Mask
+from ..arrays import Array, Mask
 from ..fields.boundary.places import sizes
 from ..fields.stress_state import StressState
-from ..geometry.rotation import lifted
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..refinement.corner_exponents import NEAR
-from ..refinement.corner_modes import REGULAR, Expansion, Mode
-from ..round_off import HALF, SINGLE, first_largest
-from .body_fields import BodyFields
+from ..refinement.corner_modes import Expansion, Mode
+from ..round_off import first_largest
 from .evaluated import Evaluated
 from .place import Place
 from .records import StepResult
 from .singular_places import singular_places
+from .strength_fit import Sides
 
-NEAREST, FARTHEST = 1e-5, 0.3
-"""Nodes that are fitted lie between these distances, over the size of the feature. Farther out
-there are terms that `REGULAR` leaves out; nearer r^λ is as small as what solvers leave over."""
-ENOUGH, FEWEST = 3.0, 12
-"""Equations of a fit over its unknowns, at least: terms with the largest exponents are left out.
-Nodes that are fitted, at least, where as many are nearer than the next corner: with four equations
-each they are enough for two modes, a translation, a rotation and uniform stress."""
 NEARER = 0.5
 """Share of the distance up to which nodes are fitted, of those that say how certain K is."""
-APART = 1e-2
-"""Exponents that are nearer to each other count as one in a fit."""
 MATTERS = 0.01
 """Share of an element from its end up to which stress grows beyond what is elsewhere, for it to
 matter in the whole element: with λ = 0.7 it is a quarter of that in its middle."""
@@ -151,15 +133,15 @@ def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
     found = list[Fit]()
     materials = {each.name: each.material for each in solution.posed.bodies}
     for body, places in singular_places(solution, step).items():
-        plane, ratio = materials[body].plane, materials[body].poisson_ratio
-        across = 0.0 if plane == "stress" else ratio
+        material = materials[body]
+        across = 0.0 if material.plane == "stress" else material.poisson_ratio
         for place in (each for each in places if each.expansions):
-            sides = _Sides(solution.body_fields(body, step), place)
+            sides = Sides(solution.body_fields(body, step), place)
             for expansion in place.expansions:
-                values, nearer = sides.fit(expansion, 1.0), sides.fit(expansion, NEARER)
-                for mode, *both in zip(expansion.modes, values, nearer, strict=True):
-                    spread = float(np.nan_to_num(abs(both[1] - both[0])))
-                    found.append(Fit(place, expansion, mode, both[0], spread, across))
+                both = sides.fit(expansion, 1.0), sides.fit(expansion, NEARER)
+                for mode, value, nearer in zip(expansion.modes, *both, strict=True):
+                    spread = float(np.nan_to_num(abs(nearer - value)))
+                    found.append(Fit(place, expansion, mode, value, spread, across))
     return found
 
 
@@ -229,16 +211,17 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
     """
     body, part = solution.sides[of]
     mesh, x = solution.meshes[body], step.pairs[of].x
-    law = {each.name: each.law for each in solution.posed.interfaces}[of]
-    if key == "shear" and law.friction_bound is not None:  # no shear is larger
+    if key == "shear" and any(
+        side.name == of and side.law.friction_bound is not None
+        for side in solution.posed.interfaces
+    ):  # no shear is larger
         return Beside(np.zeros(len(x), dtype=bool), None)
-    places = singular_places(solution, step)[body]
-    away = {each: each.away(x) for each in places if part in _parts(mesh, each)}
-    nearest = np.min([np.full(len(x), np.inf), *away.values()], axis=0)
-    beyond = (r > max(each.distance, end_size(mesh, each)) for each, r in away.items())
-    far = np.all([values < np.inf, *beyond], axis=0)
-    top = next(tops(x, values, nearest, far), None)
-    bound = 0.0 if top is None else float(values[top])
+    away = {
+        place: place.away(x)
+        for place in singular_places(solution, step)[body]
+        if part in _parts(mesh, place)
+    }
+    bound = _largest_top(mesh, x, values, away)
     hidden, endless = np.zeros(len(x), dtype=bool), list[tuple[float, Array]]()
     for place, r in away.items():
         own = known(solution, step, place)
@@ -246,133 +229,29 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
         elsewhere = max(bound, level(r, place, values) - grows)
         if grows > elsewhere:
             endless.append((grows, place.x))
-        for fit in own:
-            size = max(fit.amplitude("pressure"), fit.amplitude("shear"))
-            hidden |= r < fit.hides(mesh, size, elsewhere)
-    element = mesh.element[solution.nodes[of][first_largest(values)]]
+        hidden |= _hidden(mesh, own, r, elsewhere)
+    top = mesh.element[solution.nodes[of][first_largest(values)]]
     # under an apex pressure grows like a logarithm, which has no K
-    apexes = (each for each in away if element in each.elements)
-    endless += [(0.0, each.x) for each in apexes if not known(solution, step, each)]
-    largest = max(endless, key=lambda each: each[0], default=(0.0, None))
-    return Beside(hidden, largest[1])
+    for place in away:
+        if top in place.elements and not known(solution, step, place):
+            endless.append((0.0, place.x))
+    return Beside(hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1])
 
 
-def _solved(matrix: Array, data: Array) -> Array:
-    """The unknowns of least squares, without what the data do not tell apart: singular values below
-    the share of the data that no unknowns explain."""
-    left, size, right = np.linalg.svd(matrix, full_matrices=False)
-    parts = left.T @ data
-    unexplained = np.linalg.norm(data - left @ parts) / (np.linalg.norm(data) or 1.0)
-    told = size > max(float(unexplained), HALF) * size[0]
-    return np.asarray(right[told].T @ (parts[told] / size[told]))
+def _largest_top(mesh: BoundaryMesh, x: Array, values: Array, away: Mapping[Place, Array]) -> float:
+    """The largest of values (n,) at points (n, d) that is a top, at distances (n,) from places
+    where stress is told, or more; 0 where there is none."""
+    nearest = np.min([np.full(len(x), np.inf), *away.values()], axis=0)
+    beyond = (r > max(each.distance, end_size(mesh, each)) for each, r in away.items())
+    far = np.all([values < np.inf, *beyond], axis=0)
+    top = next(tops(x, values, nearest, far), None)
+    return 0.0 if top is None else float(values[top])
 
 
-class _Sides:
-    """Displacement and traction on the two sides of a place."""
-
-    def __init__(self, fields: BodyFields, place: Place) -> None:
-        mesh, axes = fields.mesh, np.stack([place.along, place.inward])
-        ends = np.exp(1j * np.array([0.0, place.angle]))
-        ways = np.stack([ends.real, ends.imag], axis=1) @ axes
-        normals = np.stack([[0.0, -1.0], [-ends[1].imag, ends[1].real]]) @ axes
-        away = mesh.x - place.x
-        flat = away @ axes.T
-        r, width = np.linalg.norm(flat, axis=1), np.linalg.norm(away - flat @ axes, axis=1)
-        # nodes are of the side that they lie along and whose normal they have
-        fits = (
-            away @ ways.T / np.maximum(r, np.finfo(float).tiny)[:, None] + mesh.normal @ normals.T
-        )
-        side, elements = fits.argmax(axis=1), list(place.elements)
-        usable = (
-            (fits.max(axis=1) > 1.0)
-            & (NEAREST * place.size < r)
-            & (width <= place.width)
-            & np.isin(mesh.part[mesh.element], mesh.part[elements])
-            & ~np.isin(mesh.element, elements)
-        )
-        # on coarse meshes some lie farther away
-        enough = np.sort(r[usable & (r < place.size)])[:FEWEST].max(initial=0.0)
-        reach = max(FARTHEST * place.size, float(enough) * (1.0 + SINGLE))
-        nodes = np.flatnonzero(usable & (r < reach))
-        self._r, self._unit = r[nodes], reach
-        start = place.angle * side[nodes]
-        turned = np.arctan2(flat[nodes, 1], flat[nodes, 0]) - start
-        self._theta = start + np.remainder(turned + math.pi, 2.0 * math.pi) - math.pi
-        cosine, sine = np.cos(self._theta), np.sin(self._theta)
-        self._turn = np.array([[cosine, sine], [-sine, cosine]]).transpose(2, 0, 1)
-        self._normal = np.einsum("nij,nj->ni", self._turn, mesh.normal[nodes] @ axes.T)
-        whole = lifted(axes, max(mesh.components, mesh.dim))
-        if mesh.components == 3:
-            whole = np.vstack([whole, np.cross(*whole)])
-        u, traction = (values[nodes] @ whole.T for values in fields.data)
-        u = 2.0 * fields.body.material.shear_modulus * u
-        self._data = np.stack([u, traction * self._r[:, None]], axis=1)
-        self._weight = np.sqrt(mesh.measure[nodes] / self._r)
-
-    def fit(self, expansion: Expansion, share: float) -> list[float]:
-        """Return K of the modes of an expansion, by nodes up to a share of the farthest."""
-        near = (self._r <= share * self._unit)[:, None, None]
-        rho, plane = self._r / self._unit, expansion.components == 2
-        least = min(mode.exponent.real for mode in expansion.modes)
-        scale = near * (self._weight * rho**-least)[:, None, None]
-        data = self._data[..., :2] if plane else self._data[..., 2:]
-        if plane:
-            data = np.einsum("nij,nkj->nki", self._turn, data)
-        columns = [
-            self._columns(expansion, mode.exponent, mode.coefficients[:, None])
-            for mode in expansion.modes
-        ]
-        still = np.zeros((len(rho), 2, expansion.components, expansion.components))
-        still[:, 0] = self._turn if plane else 1.0
-        count = sum(each.shape[-1] for each in columns)
-        columns.append(still)
-        most = 2.0 * expansion.components * int(near.sum()) / ENOUGH
-        free = np.eye(2 * expansion.components, dtype=np.complex128)
-        for power in self._powers(expansion):
-            more = self._columns(expansion, power, free)
-            if sum(each.shape[-1] for each in (*columns, more)) > most:
-                break
-            columns.append(more)
-        matrix = np.concatenate(columns, axis=-1)
-        if matrix.shape[-1] > most:
-            return [math.nan] * len(expansion.modes)
-        matrix = (matrix * scale[..., None]).reshape(data.size, -1)
-        size = np.maximum(np.linalg.norm(matrix, axis=0), np.finfo(float).tiny)
-        found = _solved(matrix / size, (data * scale).ravel()) / size
-        parts, values = iter(found[:count].tolist()), list[float]()
-        for mode in expansion.modes:
-            value = (
-                next(parts) if mode.exponent.imag == 0.0 else math.hypot(next(parts), next(parts))
-            )
-            values.append(value * self._unit**-mode.exponent.real)
-        return values
-
-    def _powers(self, expansion: Expansion) -> list[complex]:
-        """The exponents of terms without conditions on the sides, increasing."""
-        shadows = [mode.exponent + k for mode in expansion.modes for k in (1.0, 2.0)]
-        every = [*expansion.regular, 1.0 + 0.0j, 2.0 + 0.0j, 3.0 + 0.0j, *shadows]
-        kept = list[complex]()
-        for power in sorted(every, key=lambda each: each.real):
-            if power.real < REGULAR and all(abs(power - each) > APART for each in kept):
-                kept.append(power)
-        return kept
-
-    def _columns(self, expansion: Expansion, power: complex, coefficients: Complex) -> Array:
-        """Displacement and traction times r, (n, 2, c, k), of fields with an exponent."""
-        rows = expansion.rows(power, self._theta) @ coefficients
-        rows *= ((self._r / self._unit) ** power)[:, None, None]
-        radial, around = self._normal[:, 0, None], self._normal[:, 1, None]
-        if expansion.components == 2:
-            u = rows[:, :2]
-            traction = np.stack(
-                [
-                    rows[:, 4] * radial + rows[:, 2] * around,
-                    rows[:, 2] * radial + rows[:, 3] * around,
-                ],
-                axis=1,
-            )
-        else:
-            u, traction = rows[:, :1], (rows[:, 2] * radial + rows[:, 1] * around)[:, None]
-        result = np.stack([u, traction], axis=1)
-        parts = (result.real, -result.imag) if power.imag else (result.real,)
-        return np.concatenate(parts, axis=-1)
+def _hidden(mesh: BoundaryMesh, own: Sequence[Fit], r: Array, elsewhere: float) -> Mask:
+    """Which points at distances (n,) from a place are nearer than where a traction counts."""
+    hidden = np.zeros(len(r), dtype=bool)
+    for fit in own:
+        size = max(fit.amplitude("pressure"), fit.amplitude("shear"))
+        hidden |= r < fit.hides(mesh, size, elsewhere)
+    return hidden

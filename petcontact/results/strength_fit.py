@@ -1,0 +1,160 @@
+"""The fit of displacements and tractions beside a place without a bound.
+
+Displacements u and tractions t at the nodes on both sides of the place, on all elements but those
+that end there, are fitted by fields of its `Expansion`: a translation, the modes, and fields that
+satisfy equilibrium but no condition on the sides, with the exponents of all regular terms, of loads
+(1, 2, 3), and of what curved sides add to the modes (λ + 1, λ + 2). Rows are 2µ u and r t, both
+over r^λ, each weighted by the length of the boundary over r. So every decade of r counts alike,
+as elements graded towards the place are as exact in each.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..arrays import Array, Complex, Index
+from ..geometry.rotation import lifted
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..refinement.corner_modes import REGULAR, Expansion
+from ..round_off import HALF, SINGLE
+from .body_fields import BodyFields
+from .place import Place
+
+NEAREST, FARTHEST = 1e-5, 0.3
+"""Nodes that are fitted lie between these distances, over the size of the feature. Farther out
+there are terms that `REGULAR` leaves out; nearer r^λ is as small as what solvers leave over."""
+ENOUGH, FEWEST = 3.0, 12
+"""Equations of a fit over its unknowns, at least: terms with the largest exponents are left out.
+Nodes that are fitted, at least, where as many are nearer than the next corner: with four equations
+each they are enough for two modes, a translation, a rotation and uniform stress."""
+APART = 1e-2
+"""Exponents that are nearer to each other count as one in a fit."""
+
+
+def _solved(matrix: Array, data: Array) -> Array:
+    """The unknowns of least squares, without what the data do not tell apart: singular values below
+    the share of the data that no unknowns explain."""
+    left, size, right = np.linalg.svd(matrix, full_matrices=False)
+    parts = left.T @ data
+    unexplained = np.linalg.norm(data - left @ parts) / (np.linalg.norm(data) or 1.0)
+    told = size > max(float(unexplained), HALF) * size[0]
+    return np.asarray(right[told].T @ (parts[told] / size[told]))
+
+
+def _on_sides(mesh: BoundaryMesh, place: Place, axes: Array) -> tuple[Index, Array, Array, float]:
+    """The nodes (n,) on the two sides of a place that are fitted, where they lie in axes (n, 2),
+    the angles of their sides (n,), and up to what distance they lie."""
+    ends = np.exp(1j * np.array([0.0, place.angle]))
+    ways = np.stack([ends.real, ends.imag], axis=1) @ axes
+    normals = np.stack([[0.0, -1.0], [-ends[1].imag, ends[1].real]]) @ axes
+    away = mesh.x - place.x
+    flat = away @ axes.T
+    r, width = np.linalg.norm(flat, axis=1), np.linalg.norm(away - flat @ axes, axis=1)
+    # nodes are of the side that they lie along and whose normal they have
+    fits = away @ ways.T / np.maximum(r, np.finfo(float).tiny)[:, None] + mesh.normal @ normals.T
+    side, elements = fits.argmax(axis=1), list(place.elements)
+    usable = (
+        (fits.max(axis=1) > 1.0)
+        & (NEAREST * place.size < r)
+        & (width <= place.width)
+        & np.isin(mesh.part[mesh.element], mesh.part[elements])
+        & ~np.isin(mesh.element, elements)
+    )
+    # on coarse meshes some lie farther away
+    enough = np.sort(r[usable & (r < place.size)])[:FEWEST].max(initial=0.0)
+    reach = max(FARTHEST * place.size, float(enough) * (1.0 + SINGLE))
+    nodes = np.flatnonzero(usable & (r < reach))
+    return nodes, flat[nodes], place.angle * side[nodes], reach
+
+
+class Sides:
+    """Displacement and traction on the two sides of a place."""
+
+    def __init__(self, fields: BodyFields, place: Place) -> None:
+        mesh, axes = fields.mesh, np.stack([place.along, place.inward])
+        nodes, flat, start, self._unit = _on_sides(mesh, place, axes)
+        self._r = np.linalg.norm(flat, axis=1)
+        turned = np.arctan2(flat[:, 1], flat[:, 0]) - start
+        self._theta = start + np.remainder(turned + math.pi, 2.0 * math.pi) - math.pi
+        cosine, sine = np.cos(self._theta), np.sin(self._theta)
+        self._turn = np.array([[cosine, sine], [-sine, cosine]]).transpose(2, 0, 1)
+        self._normal = np.einsum("nij,nj->ni", self._turn, mesh.normal[nodes] @ axes.T)
+        whole = lifted(axes, max(mesh.components, mesh.dim))
+        if mesh.components == 3:
+            whole = np.vstack([whole, np.cross(*whole)])
+        u, traction = (values[nodes] @ whole.T for values in fields.data)
+        u = 2.0 * fields.body.material.shear_modulus * u
+        self._data = np.stack([u, traction * self._r[:, None]], axis=1)
+        self._weight = np.sqrt(mesh.measure[nodes] / self._r)
+
+    def fit(self, expansion: Expansion, share: float) -> list[float]:
+        """Return K of the modes of an expansion, by nodes up to a share of the farthest."""
+        near = (self._r <= share * self._unit)[:, None, None]
+        least = min(mode.exponent.real for mode in expansion.modes)
+        rho = self._r / self._unit
+        scale = near * (self._weight * rho**-least)[:, None, None]
+        data = self._data[..., 2:]
+        if expansion.components == 2:
+            data = np.einsum("nij,nkj->nki", self._turn, self._data[..., :2])
+        most = 2.0 * expansion.components * int(near.sum()) / ENOUGH
+        matrix = self._terms(expansion, most)
+        if matrix.shape[-1] > most:
+            return [math.nan] * len(expansion.modes)
+        matrix = (matrix * scale[..., None]).reshape(data.size, -1)
+        size = np.maximum(np.linalg.norm(matrix, axis=0), np.finfo(float).tiny)
+        parts = iter((_solved(matrix / size, (data * scale).ravel()) / size).tolist())
+        values = list[float]()
+        for power in (mode.exponent for mode in expansion.modes):
+            value = next(parts) if power.imag == 0.0 else math.hypot(next(parts), next(parts))
+            values.append(value * self._unit**-power.real)
+        return values
+
+    def _terms(self, expansion: Expansion, most: float) -> Array:
+        """What is fitted: the modes, a translation, and as many of the other terms as there are
+        equations for."""
+        columns = [
+            self._columns(expansion, mode.exponent, mode.coefficients[:, None])
+            for mode in expansion.modes
+        ]
+        still = np.zeros((len(self._r), 2, expansion.components, expansion.components))
+        still[:, 0] = self._turn if expansion.components == 2 else 1.0
+        columns.append(still)
+        free = np.eye(2 * expansion.components, dtype=np.complex128)
+        for power in self._powers(expansion):
+            more = self._columns(expansion, power, free)
+            if sum(each.shape[-1] for each in (*columns, more)) > most:
+                break
+            columns.append(more)
+        return np.concatenate(columns, axis=-1)
+
+    def _powers(self, expansion: Expansion) -> list[complex]:
+        """The exponents of terms without conditions on the sides, increasing."""
+        shadows = [mode.exponent + k for mode in expansion.modes for k in (1.0, 2.0)]
+        every = [*expansion.regular, 1.0 + 0.0j, 2.0 + 0.0j, 3.0 + 0.0j, *shadows]
+        kept = list[complex]()
+        for power in sorted(every, key=lambda each: each.real):
+            if power.real < REGULAR and all(abs(power - each) > APART for each in kept):
+                kept.append(power)
+        return kept
+
+    def _columns(self, expansion: Expansion, power: complex, coefficients: Complex) -> Array:
+        """Displacement and traction times r, (n, 2, c, k), of fields with an exponent."""
+        rows = expansion.rows(power, self._theta) @ coefficients
+        rows *= ((self._r / self._unit) ** power)[:, None, None]
+        radial, around = self._normal[:, 0, None], self._normal[:, 1, None]
+        if expansion.components == 2:
+            u = rows[:, :2]
+            traction = np.stack(
+                [
+                    rows[:, 4] * radial + rows[:, 2] * around,
+                    rows[:, 2] * radial + rows[:, 3] * around,
+                ],
+                axis=1,
+            )
+        else:
+            u, traction = rows[:, :1], (rows[:, 2] * radial + rows[:, 1] * around)[:, None]
+        result = np.stack([u, traction], axis=1)
+        parts = (result.real, -result.imag) if power.imag else (result.real,)
+        return np.concatenate(parts, axis=-1)
