@@ -99,9 +99,10 @@ def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
     ]
     endless.sort(key=lambda each: -each[0])
     # where nothing has a top it is told beside other places
-    every = [(0.0, place, some) for some in samples for place in some.places]
-    at = endless or ([] if named else every)
-    beside = [some.beside(f"{name} stress", key, place) for _, place, some in at[:TRIED]]
+    at = [(place, some) for _, place, some in endless]
+    if not endless and not named:
+        at = [(place, some) for some in samples for place in some.places]
+    beside = [some.beside(f"{name} stress", key, place) for place, some in at[:TRIED]]
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
     return [*named, *_without_bound(name, endless)]

@@ -37,7 +37,7 @@ from .corners import Corners, corners_of
 from .evaluated import Evaluated
 from .place import SHARE, Place
 from .records import StepResult
-from .touching import Does, Partner, Touching, facing_nodes, firmness, kind_of
+from .touching import Does, Partner, Touching, facing_nodes, firmness, kind_of, partner_of
 
 MOST = 0.5
 """Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
@@ -89,10 +89,8 @@ class _Body:
                 continue
             self._pair[nodes], self._row[nodes] = len(self._partners), rows
             stiffer = moduli[partner] / moduli[name] if partner in moduli else math.inf
-            body, law = partner if partner in moduli else "", posed.law
-            coulomb = law.friction_coefficient is not None and law.friction_bound is None
-            bonded = law.normal == "bonded"
-            self._partners.append(Partner(pair, body, faced, stiffer, bonded, coulomb))
+            body = partner if partner in moduli else ""
+            self._partners.append(partner_of(posed.law, pair, body, faced, stiffer))
 
     @functools.cached_property
     def _edges(self) -> list[tuple[Array, str]]:
@@ -167,14 +165,13 @@ class _Body:
             first, does = self._sides(number)
             own, under = self._expansion(angle, x, does, bodies)
             sides = corners.element[number]
-            names = [self._mesh.part_names[self._mesh.part[element]] for element in sides]
             found = [own, *self._across(number, angle, first, does)]
             if expansions := tuple(each for each in found if each.modes):
                 yield Place(
                     self._name,
                     corners.ends[number],
                     tuple(sides.tolist()),
-                    " and ".join(dict.fromkeys(names)),
+                    " and ".join(dict.fromkeys(self._part_of(each) for each in sides)),
                     self._size(x, number),
                     corners.along[number, first],
                     corners.inward[number, first],
@@ -186,6 +183,10 @@ class _Body:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
                 what = "the end of a part" if smooth else "a corner"
                 yield replace(under, sides=f"under {what} of {self._name}")
+
+    def _part_of(self, element: int) -> str:
+        """The name of the part of an element."""
+        return self._mesh.part_names[self._mesh.part[element]]
 
     def _sides(self, number: int) -> tuple[int, tuple[Does, Does]]:
         """Which side of a corner is θ = 0, that which is held more, and what both do, first it."""
@@ -200,7 +201,7 @@ class _Body:
         """What a side of a corner does, by its nodes beside it."""
         corners, mesh = self._corners, self._mesh
         x, element = corners.x[number], corners.element[number, side]
-        nodes = mesh.nodes_of(part := mesh.part_names[mesh.part[element]])
+        nodes = mesh.nodes_of(part := self._part_of(element))
         away = np.linalg.norm(mesh.x[nodes] - x, axis=1)
         near = (mesh.element[nodes] == element) | (away < SHARE * self._size(x, number))
         touched = self._touched(nodes[near], along, across)
@@ -279,7 +280,7 @@ class _Body:
         held = list[bool]()
         for side, what in zip((first, 1 - first), does, strict=True):
             element = corners.element[number, side]
-            condition = self._conditions.get(mesh.part_names[mesh.part[element]])
+            condition = self._conditions.get(self._part_of(element))
             if isinstance(condition, Displacement) and not isinstance(what, Touching):
                 frame = np.stack([corners.along[number, side], corners.inward[number, side]])
                 edge = np.cross(*lifted(frame, 3))

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..given.interfaces import Law
 from ..refinement.corner_exponents import CLAMPED, FREE, SideKind, Slip
 from ..round_off import SINGLE
 from .records import PairResult
@@ -61,6 +62,12 @@ class Touching:
     def kind(self) -> SideKind:
         """What it is as seen from a rigid partner."""
         return Slip(self.friction) if math.isfinite(self.friction) else CLAMPED
+
+
+def partner_of(law: Law, pair: PairResult, body: str, part: str, stiffer: float) -> Partner:
+    """What a side may touch, by the law of its contact."""
+    coulomb = law.friction_coefficient is not None and law.friction_bound is None
+    return Partner(pair, body, part, stiffer, law.normal == "bonded", coulomb)
 
 
 Does = Touching | SideKind
