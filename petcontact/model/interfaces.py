@@ -23,7 +23,7 @@ def posed_interfaces(problem: Any) -> tuple[PosedInterface, ...]:
     Raises
     ------
     InputError
-        If a step changes a contact that there is not, or gives it a friction that it cannot take.
+        If a step changes a contact that there is not, or gives it what it cannot take.
     """
     interfaces = [*_conditions(problem), *_pairs(problem)]
     names, changes = [side.name for side in interfaces if not side.periodic], dict[str, list[Any]]()
@@ -53,9 +53,27 @@ def _in_steps(
                     f"{key}.{odd[0]}: contact {side.name!r} has none until then, and what is "
                     f"infinite is not reached linearly; give it a {odd[0]} from the beginning"
                 )
+            if new.get("preload") == "locked" and laws[-1].preload is None:
+                raise InputError(
+                    f"{key}.preload: no step before this one gives contact {side.name!r} a "
+                    'preload that could be "locked"'
+                )
             law = replace(law, **new)
+        _demand_effect(side.name, law, laws[-1])
         laws.append(law)
     return replace(side, laws=tuple(laws))
+
+
+def _demand_effect(name: str, law: Law, before: Law) -> None:
+    """Refuse a new uniform interference under a preload, which finds the uniform overlap."""
+    new = law.interference
+    if not isinstance(law.preload, float) or new is None or new == before.interference:
+        return
+    if not (new.varies or new.is_zero):
+        raise InputError(
+            f"{new.key}: a uniform interference has no effect while a preload gives the force of "
+            f"contact {name!r}; give one of the two"
+        )
 
 
 def _changed(side: PosedInterface, key: str, change: Any) -> Iterator[tuple[str, Any]]:

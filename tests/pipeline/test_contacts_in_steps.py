@@ -149,6 +149,14 @@ contact = [{ name = "bottom", friction_bound = 0.5 }]
         ("", change().replace("pair", "pear"), "no contact 'pear', did you mean 'pair'"),
         ("friction_bound = 1.0", change(friction_coefficient=0.1), "has none until then"),
         ('normal = "bonded"', change(friction_coefficient=0.1), "is bonded and does not slip"),
+        ("", change(preload="locked"), "step.0..contact.0..preload: no step before"),
+        ("preload = 1.0", change(preload="locked"), "step.0..contact.0..preload: no step before"),
+        ("preload = 1.0\ninterference = 0.1", "", "contact.0..interference: a uniform"),
+        (
+            "preload = 1.0",
+            "[[step]]\n" + change(interference=0.1),
+            "step.1..contact.0..interference: a uniform",
+        ),
         ("preload = -1.0", "", "preload: must be greater than or equal to 0"),
     ],
 )
@@ -161,3 +169,10 @@ def test_changes_of_a_contact_twice_in_a_step_are_refused():
     twice = change(preload=1.0) + '[[step.contact]]\nname = "pair"\npreload = 2.0\n'
     with pytest.raises(InputError, match="contact 'pair' is changed twice"):
         posed(columns("plane", "") + twice)
+
+
+@pytest.mark.parametrize("given", [f"interference = {OVERLAP}", f"preload = {FORCE}"])
+def test_an_overlap_and_a_preload_are_loads_under_which_nothing_jams(given):
+    solution = solve(posed(columns("plane", given)))
+    assert pressures(solution)[-1].max() > 0.0
+    assert not [finding for finding in solution.findings if finding.kind == "jam"]

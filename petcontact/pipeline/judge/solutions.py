@@ -157,7 +157,7 @@ def _ignored(problem: PreparedProblem) -> list[Finding]:
 def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding]:
     """Find interfaces that stay pressed after a step that took all loads away.
 
-    An initial overlap of bodies counts as a load.
+    An overlap of bodies and a preload count as loads.
     """
     findings = []
     for number in _unloaded(problem):
@@ -180,8 +180,6 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
 def _unloaded(problem: PreparedProblem) -> list[int]:
     """Return the numbers of the steps that take all loads away."""
     discrete, kind = problem.discrete, problem.system.motions
-    if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
-        return []
     if not all(boundary.has_inside for boundary in discrete.boundaries):
         return []
     return [
@@ -190,7 +188,15 @@ def _unloaded(problem: PreparedProblem) -> list[int]:
         if number > 0
         and not any(data.loaded[number] for data in discrete.data)
         and not any(_is_driven(o, kind) for o in obstacles)
+        and not any(side.laws[number].preload for side in discrete.sides)
+        and not any(_overlaps(face, number) for face in discrete.interfaces)
     ]
+
+
+def _overlaps(face: Interface, number: int) -> bool:
+    """Return whether the parts overlap in a load state, as they lie or by an interference."""
+    given = 0.0 if face.overlap is None else face.overlap[number]
+    return bool((face.gap - given).min(initial=np.inf) < 0.0)
 
 
 def _is_driven(obstacle: Obstacle, kind: Motions) -> bool:
