@@ -102,7 +102,8 @@ def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
     at = [(place, some) for _, place, some in endless]
     if not endless and not named:
         at = [(place, some) for some in samples for place in some.places]
-    beside = [some.beside(f"{name} stress", key, place) for place, some in at[:TRIED]]
+    told = [(place, some) for place, some in at if some.fields_known]  # not of superelements
+    beside = [some.beside(f"{name} stress", key, place) for place, some in told[:TRIED]]
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
     return [*named, *_without_bound(name, endless)]
@@ -172,6 +173,11 @@ class _Samples:
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
         # a rigid motion leaves round-off of E times displacement over the size of the body
         self._least = max(NOTHING * largest, SUMMED * material.young_modulus * strain)
+
+    @property
+    def fields_known(self) -> bool:
+        """Whether stress inside the body is known."""
+        return self._fields.known
 
     def hide_all(self) -> None:
         """Leave out what is nearer to any place than where the stress beside it is told, or in

@@ -68,7 +68,7 @@ LOGARITHM = {"part": "left", "condition": "traction", "pressure": "log(-1)"}
 @pytest.mark.parametrize(
     ("boundary", "message"),
     [
-        ((contact("left"), *free("right")), "part 'bottom' has no condition; each of bottom,"),
+        ((contact("left"), *free("right")), "part 'bottom' has no condition; if it is free write"),
         (
             (contact("bottm"), *SIDES),
             r"boundary\[1\]\.part: no part 'bottm', did you mean 'bottom'",

@@ -61,10 +61,10 @@ class Points(Model):
 
     In a config::
 
-        [[boundary]]
-        part = "top"
-        condition = "contact"
-        normal = "unilateral"
+        [[contact]]
+        name = "scanned"
+        secondary = "plate.top"
+        primary = "tool"
         gap = { points = "scan.csv", columns = [0, 1], smooth = 0.002 }
 
     Attributes

@@ -24,7 +24,8 @@ def peak_lines(tell: Teller) -> list[str]:
             each for each in tell.numbers.values() if each.name.startswith(f"{name} stress ")
         ]
         words = list[str]()
-        for number in stresses:
+        # beside a place without a bound stress is larger than maxima that have one
+        for number in sorted(stresses, key=lambda each: each.beside is None):
             if np.isinf(number.error) and number.place is not None:
                 place = place_of(number.place, tell.size)
                 named = _named(number.of, printable(number.part))
@@ -33,7 +34,9 @@ def peak_lines(tell: Teller) -> list[str]:
                 words.append(_words(number, tell))
         if words:
             shown = [each for each in words if each != "0"] or ["0"]
-            lines += wrapped(f"  largest {name} stress: ", [" and ".join(shown)], separator=" ")
+            beside = any(each.beside is not None for each in stresses if np.isfinite(each.error))
+            joined = (", and a maximum of " if beside else " and ").join(shown)
+            lines += wrapped(f"  largest {name} stress: ", [joined], separator=" ")
     if unbounded:
         left = len(unbounded) - LISTED
         more = [f"{left} more place{'s' * (left > 1)}"] * (left > 0)
