@@ -102,8 +102,9 @@ def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
     at = [(place, some) for _, place, some in endless]
     if not endless and not named:
         at = [(place, some) for some in samples for place in some.places]
-    told = [(place, some) for place, some in at if some.fields_known]  # not of superelements
-    beside = [some.beside(f"{name} stress", key, place) for place, some in told[:TRIED]]
+    known_inside = filter(lambda each: each[1].fields_known, at)  # not of superelements
+    tried = itertools.islice(known_inside, TRIED)
+    beside = [some.beside(f"{name} stress", key, place) for place, some in tried]
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
     return [*named, *_without_bound(name, endless)]
@@ -201,7 +202,8 @@ class _Samples:
             if not own:  # no more is known than what lies next to it
                 near = np.isin(self._element, place.elements)
                 stress = float(values[near].max(initial=0.0)) if near.any() else np.inf
-                ends, hidden = stress > bound, [place.distance]
+                # without modes it grows like a logarithm, or a force acts there
+                ends, hidden = stress > bound or not place.expansions, [place.distance]
             if ends:
                 endless.append((stress, place))
             self._reach[place] = max(hidden)

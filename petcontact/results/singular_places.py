@@ -23,7 +23,7 @@ from ..fields.boundary.places import meeting, sizes
 from ..geometry.rotation import lifted
 from ..given.conditions import Condition, Displacement, Periodic
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
+from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind
 from ..refinement.corner_modes import (
     Expansion,
     corner_expansion,
@@ -37,12 +37,17 @@ from .corners import Corners, corners_of
 from .evaluated import Evaluated
 from .place import SHARE, Place
 from .records import StepResult
-from .touching import Does, Partner, Touching, facing_nodes, firmness, kind_of, partner_of
+from .touching import (
+    Does,
+    Partner,
+    Touching,
+    facing_nodes,
+    firmness,
+    kind_of,
+    partner_of,
+    shears_differ,
+)
 
-MISMATCH = 0.01
-"""Difference of two known shears at a right angle, over the largest traction of the body, from
-which on stress has no bound there. A smaller one adds less than a tenth of that traction down to
-1e-6 of the size: (2/π) 0.01 log(1e6) = .09."""
 MOST = 0.5
 """Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
 
@@ -161,7 +166,7 @@ class _Body:
 
     def at_corners(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
         """Yield its corners that have no bound, and what they press on smooth sides of others."""
-        corners = self._corners
+        mesh, corners = self._mesh, self._corners
         for number in range(len(corners.x)):
             angle, x = round(float(corners.angle[number]), 6), corners.x[number]
             if not angle > 0.0:  # elements of an altered file may lie on one another
@@ -171,7 +176,9 @@ class _Body:
             sides = corners.element[number]
             found = [own, *self._across(number, angle, first, does)]
             expansions = tuple(each for each in found if each.modes)
-            if expansions or self._shears_differ(number, angle, does):
+            if expansions or shears_differ(
+                mesh, self._step.bodies[self._name].traction, corners, number, does
+            ):
                 yield Place(
                     self._name,
                     corners.ends[number],
@@ -192,24 +199,6 @@ class _Body:
     def _part_of(self, element: int) -> str:
         """The name of the part of an element."""
         return self._mesh.part_names[self._mesh.part[element]]
-
-    def _shears_differ(self, number: int, angle: float, does: tuple[Does, Does]) -> bool:
-        """Whether both sides of a right angle have a known shear, and not the same.
-
-        No stress is uniform there: it grows like (2/π) m log(1/r) with the difference m.
-        """
-        known = {FREE, SLIDING, Slip(0.0)}
-        if abs(angle - 0.5 * math.pi) > SMOOTH or not known.issuperset(map(kind_of, does)):
-            return False
-        mesh, corners = self._mesh, self._corners
-        traction = self._step.bodies[self._name].traction
-        shears = list[float]()
-        for element, along in zip(corners.element[number], corners.along[number], strict=True):
-            nodes = np.arange(mesh.first_node[element], mesh.first_node[element + 1])
-            away = np.linalg.norm(mesh.x[nodes] - corners.x[number], axis=1)
-            shears.append(float(traction[nodes[away.argmin()]] @ lifted(along, mesh.components)))
-        most = float(np.linalg.norm(traction, axis=1).max(initial=0.0))
-        return abs(shears[0] - shears[1]) > MISMATCH * most
 
     def _sides(self, number: int) -> tuple[int, tuple[Does, Does]]:
         """Which side of a corner is θ = 0, that which is held more, and what both do, first it."""

@@ -9,10 +9,19 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..geometry.rotation import lifted
 from ..given.interfaces import Law
-from ..refinement.corner_exponents import CLAMPED, FREE, SideKind, Slip
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
+from ..refinement.panels.edges import SMOOTH
 from ..round_off import SINGLE
+from .corners import Corners
 from .records import PairResult
+
+MISMATCH = 0.23
+"""Difference of two known shears at a right angle, over the root of the mean square of the body's
+tractions, from which on stress has no bound there. It adds as much as that traction at a thousandth
+of the size: (2/π) 0.23 log(1e3) = 1."""
 
 
 @dataclass(frozen=True)
@@ -92,3 +101,22 @@ def facing_nodes(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple
     away -= np.sum(away * normal, axis=1)[:, None] * normal
     faces = np.linalg.norm(away, axis=1) < (1.0 + SINGLE) * size[rows]
     return nodes[faces], rows[faces]
+
+
+def shears_differ(
+    mesh: BoundaryMesh, traction: Array, corners: Corners, number: int, does: tuple[Does, Does]
+) -> bool:
+    """Whether the two sides of a right angle have known shears that differ, by tractions (n, d).
+
+    No stress is uniform there: it grows like (2/π) m log(1/r) with the difference m.
+    """
+    known, right = {FREE, SLIDING, Slip(0.0)}, abs(corners.angle[number] - 0.5 * math.pi) < SMOOTH
+    if not (right and known.issuperset(map(kind_of, does))):
+        return False
+    shears = list[float]()
+    for element, along in zip(corners.element[number], corners.along[number], strict=True):
+        nodes = np.arange(mesh.first_node[element], mesh.first_node[element + 1])
+        away = np.linalg.norm(mesh.x[nodes] - corners.x[number], axis=1)
+        shears.append(float(traction[nodes[away.argmin()]] @ lifted(along, mesh.components)))
+    mean = mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum()
+    return abs(shears[0] - shears[1]) > MISMATCH * float(mean) ** 0.5

@@ -65,7 +65,7 @@ class Points(Model):
         name = "scanned"
         secondary = "plate.top"
         primary = "tool"
-        gap = { points = "scan.csv", columns = [0, 1], smooth = 0.002 }
+        gap = { points = [[-2, 0.4], [-1, 0.1], [0, 0], [1, 0.1], [2, 0.4]], smooth = 0.002 }
 
     Attributes
     ----------
