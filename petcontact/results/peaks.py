@@ -102,12 +102,16 @@ def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
     at = [(place, some) for _, place, some in endless]
     if not endless and not named:
         at = [(place, some) for some in samples for place in some.places]
-    known_inside = filter(lambda each: each[1].fields_known, at)  # not of superelements
-    tried = itertools.islice(known_inside, TRIED)
-    beside = [some.beside(f"{name} stress", key, place) for place, some in tried]
+    beside = _beside(at, name)
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
     return [*named, *_without_bound(name, endless)]
+
+
+def _beside(at: Sequence[tuple[Place, _Samples]], name: str) -> list[Number]:
+    """The largest stress beside the first places, where stress inside the bodies is known."""
+    tried = itertools.islice((each for each in at if each[1].fields_known), TRIED)
+    return [some.beside(f"{name} stress", QUANTITIES[name], place) for place, some in tried]
 
 
 def _without_bound(name: str, endless: Sequence[tuple[float, Place, _Samples]]) -> list[Number]:
