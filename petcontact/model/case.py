@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..given.tables.base import Model, parse
 from ..given.tables.solver_options import Bem, MeshOptions, Method
 from ..runtime.file_kinds import known_kind
+from ..runtime.hints import demand_name
 from .problem import OneBody, Problem
 from .variables import with_values
 
@@ -129,7 +130,11 @@ def parse_problem(
     data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path
 ) -> Problem:
     """A problem from plain data; files that it names are taken relative to `folder`."""
+    variables = data.get("variables", {})
     for key, value in overrides.items():
+        table, _, name = key.partition(".")
+        if table == "variables" and isinstance(variables, dict):
+            demand_name("variables: no variable", name, variables)
         set_key(data, whole_key(key), value, source)
     data = _points_in(_found_in(with_values(data, (Problem, OneBody), source), folder), folder)
     if isinstance(data.get("body"), list):

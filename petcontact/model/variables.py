@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +17,7 @@ from ..given.tables.model_tree import models_below
 
 TAKEN = frozenset(("x", "y", "z", "nx", "ny", "nz", "s", "pi", "e", *FUNCTIONS))
 """Names that expressions know already."""
-WORDS = re.compile(r"[^\W\d]\w*")
+WORDS = re.compile(r"(?<![\w.])[^\W\d]\w*")
 
 
 def with_values(data: dict[str, Any], models: tuple[Any, ...], source: str) -> dict[str, Any]:
@@ -44,7 +45,8 @@ def with_values(data: dict[str, Any], models: tuple[Any, ...], source: str) -> d
         if not re.fullmatch(WORD, name) or "." in name or name in TAKEN:
             raise InputError(f"{key}: must be a word that expressions do not know yet")
         value = _replaced(value, values) if isinstance(value, str) else value
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not math.isfinite(value):
             raise InputError(f"{key}: must be a number or an expression of those before it")
         values[name] = value
     keys = _numeric(models)

@@ -70,6 +70,7 @@ def test_a_variable_is_overridden_with_all_that_follows(tmp_path):
     [
         ("t = 2.0", "x = 2.0", "variables.x: must be a word that expressions do not know"),
         ("t = 2.0", "t = true", "variables.t: must be a number or an expression of those before"),
+        ("t = 2.0", "t = inf", "variables.t: must be a number or an expression of those before"),
         ('h = "t/4"', 'h = "q/4"', "variables.h: must be a number or an expression"),
         ('element_size = "h"', 'element_size = "h*q"', "mesh.element_size: must be a number"),
     ],
@@ -77,3 +78,13 @@ def test_a_variable_is_overridden_with_all_that_follows(tmp_path):
 def test_what_is_no_variable_is_refused(tmp_path, old, new, said):
     with pytest.raises(InputError, match=said):
         loaded(tmp_path, TEXT.replace(old, new))
+
+
+def test_a_number_with_an_exponent_is_no_word(tmp_path):
+    text = TEXT.replace('element_size = "h"', 'element_size = "1e-1*h"')
+    assert loaded(tmp_path, text).mesh.element_size == pytest.approx(0.05)
+
+
+def test_a_variable_that_is_not_there_is_not_overridden(tmp_path):
+    with pytest.raises(InputError, match=r"variables: no variable 'q'"):
+        loaded(tmp_path, **{"variables.q": 4.0})
