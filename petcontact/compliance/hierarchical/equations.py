@@ -131,7 +131,7 @@ class MixedEquations:
         factors, sigma = self.coupling.known(relation, posed.offset)
         factors -= posed.factors
         given = factors, sigma, posed.rows, posed.balance.load, posed.balance.amplitude
-        if not self.sum(np.array([any(values.any() for values in given)])).any():
+        if not self.sum(np.array([float(any(values.any() for values in given))])).any():
             self.krylov.iterations, self.defect = 0, 0.0
             return self._state(
                 posed, factors, sigma, np.zeros(self.coupling.size + posed.balance.count)
