@@ -233,9 +233,6 @@ def test_the_tutorial_has_what_is_printed(file, changes):
     assert not [line for line in lines if line not in shown]
 
 
-@pytest.mark.xfail(
-    reason="eleven sentences of the list of changes have too many numbers", strict=False
-)
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_chapter_is_read_at_once(page):
     """By the bars of scripts/readability."""

@@ -241,7 +241,7 @@ def check_held(data: BoundaryData, mesh: BoundaryMesh) -> None:
     if motions.shape[2]:
         raise InputError(
             f"boundary: the body can {motion_name(motions[:, :, 0], mesh)} freely: it is held at "
-            f"{held} nodes only; use smaller elements"
+            f"{held} nodes only; use smaller elements (mesh.element_size)"
         )
 
 
