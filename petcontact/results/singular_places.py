@@ -198,7 +198,7 @@ class _Body:
 
     def _part_of(self, element: int) -> str:
         """The name of the part of an element."""
-        return self._mesh.part_names[self._mesh.part[element]]
+        return str(self._mesh.part_names[self._mesh.part[element]])
 
     def _sides(self, number: int) -> tuple[int, tuple[Does, Does]]:
         """Which side of a corner is θ = 0, that which is held more, and what both do, first it."""

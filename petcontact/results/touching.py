@@ -119,4 +119,4 @@ def shears_differ(
         away = np.linalg.norm(mesh.x[nodes] - corners.x[number], axis=1)
         shears.append(float(traction[nodes[away.argmin()]] @ lifted(along, mesh.components)))
     mean = mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum()
-    return abs(shears[0] - shears[1]) > MISMATCH * float(mean) ** 0.5
+    return bool(abs(shears[0] - shears[1]) > MISMATCH * float(mean) ** 0.5)
