@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 
 from .. import __version__
 from ..runtime.failures import guarded
+from ..runtime.memory import check_address_space
 from ..runtime.mpi import shared
 from ..runtime.petsc import failure_comm, is_launched
 from ..runtime.ranks import begin, communicator
@@ -117,6 +118,8 @@ def _parsed(arguments: Sequence[str]) -> tuple[str, argparse.Namespace, list[str
             parser.parse_all(ours)
         near = difflib.get_close_matches(name, COMMANDS, n=1)
         parser.error(f"unknown command {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
+    if name in OF_ALL_RANKS:
+        check_address_space()  # before NumPy, of which the same limit breaks the import anywhere
     return name, parser_of(name)[1].parse_all(ours[1:]), theirs
 
 
