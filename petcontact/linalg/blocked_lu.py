@@ -41,16 +41,13 @@ class BlockedLU:
         Stage named in errors.
     last : (k,) int array
         Numbers of the unknowns that go last.
-    in_place : bool
-        Whether the factors overwrite the matrix of one rank.
     """
 
-    def __init__(self, comm: Any, stage: str, last: Index, in_place: bool) -> None:
-        self._comm, self._stage, self._last, self._in_place = comm, stage, last, in_place
+    def __init__(self, comm: Any, stage: str, last: Index) -> None:
+        self._stage, self._last = stage, last
         self._rank: int = comm.getRank()
         self._ranks: int = comm.getSize()
         self._mpi = mpi(comm)
-        self._state = -1
 
     def setUp(self, pc: Any) -> None:
         """Factorise the matrix of the KSP.
@@ -61,8 +58,6 @@ class BlockedLU:
             If there is a zero pivot.
         """
         matrix = pc.getOperators()[1]
-        if matrix.stateGet() == self._state:
-            return  # PETSc takes the factors in the matrix' place for new entries
         self._n, self._own = matrix.getSize()[0], slice(*matrix.getOwnershipRange())
         self._order, stays = np.arange(self._n), np.zeros(self._n, dtype=bool)
         inner, stays[self._last] = self._n - len(self._last), True
@@ -70,14 +65,9 @@ class BlockedLU:
         self._order[into], self._order[out] = out, into
         starts = range(0, self._n, BLOCK)
         blocks = [self._order[first : first + BLOCK] for first in starts]
-        entries = matrix.getDenseArray().T
-        if self._mpi is None:
-            self._columns = entries if self._in_place else entries.copy()
-            self._columns[into], self._columns[out] = self._columns[out], self._columns[into]
-        else:
-            shares = [blocks[rank :: self._ranks] for rank in range(self._ranks)]
-            owned = [np.concatenate([out[:0], *share]) for share in shares]
-            self._columns = self._exchanged(entries, owned)
+        shares = [blocks[rank :: self._ranks] for rank in range(self._ranks)]
+        owned = [np.concatenate([out[:0], *share]) for share in shares]
+        self._columns = exchanged(matrix.getDenseArray().T, owned, self._mpi)
         self._pivots = np.empty(self._n, dtype=np.int32)
         self._inverses = np.empty((self._n, PANEL))
         for first in starts:
@@ -85,7 +75,6 @@ class BlockedLU:
             after = self._place(first + BLOCK)
             self._updated(first, self._columns[after:])
         petsc().Log.logFlops(2.0 / 3.0 * self._n**3 / self._ranks)
-        self._state = matrix.stateGet()
 
     def _place(self, first: int) -> int:
         """Where the columns of this rank from some block on begin among all that it has."""
@@ -104,19 +93,17 @@ class BlockedLU:
             addresses = [native.pointer(a) for a in (block, pivots, inverses, failed, work)]
             rows = self._n - first
             _factorise(addresses[0], self._n, rows, wide, *addresses[1:], *_routines())
-        if self._mpi is not None:
-            for array in (pivots, inverses, failed):
-                self._mpi.Bcast(array, root=self._owner(first))
+        for array in (pivots, inverses, failed):
+            self._mpi.Bcast(array, root=self._owner(first))
         if failed[0]:
             raise SingularMatrixError(self._stage, f"row {first + failed[0]}")
 
     def _updated(self, first: int, columns: Array) -> None:
         """What a factorised block does to whole columns (c, n), in their place. Collective."""
         block = self._block(first)
-        if self._mpi is not None:
-            owns = self._owner(first) == self._rank
-            block = np.ascontiguousarray(block) if owns else np.empty(block.shape)
-            self._mpi.Bcast(block, root=self._owner(first))
+        owns = self._owner(first) == self._rank
+        block = np.ascontiguousarray(block) if owns else np.empty(block.shape)
+        self._mpi.Bcast(block, root=self._owner(first))
         self._update(first, block, columns)
 
     def _block(self, first: int) -> Array:
@@ -139,8 +126,7 @@ class BlockedLU:
             _update(block_, lda, inverses, pivots, *sizes, below, self._n, count, *room)
 
     def begun(self, rhs: Array) -> Array:
-        """L⁻¹ P of right-hand sides, this rank's columns of it (c', n), which overwrites them where
-        one rank has all. Collective.
+        """L⁻¹ P of right-hand sides, this rank's columns of it (c', n). Collective.
 
         Parameters
         ----------
@@ -149,9 +135,9 @@ class BlockedLU:
         """
         ranges = [np.arange(*bounds) for bounds in even_ranges(len(rhs), self._ranks)]
         petsc().Log.logFlops(float(self._n) ** 2 * len(ranges[self._rank]))
-        if self._mpi is not None and len(rhs) < BLOCK:
+        if len(rhs) < BLOCK:
             return np.asarray(self._begun_by_owners(rhs)[ranges[self._rank]])
-        columns = self._exchanged(rhs, ranges)
+        columns = exchanged(rhs, ranges, self._mpi)
         for first in range(0, self._n, BLOCK):
             self._updated(first, columns)
         return columns
@@ -159,39 +145,27 @@ class BlockedLU:
     def _begun_by_owners(self, rhs: Array) -> Array:
         """As `begun`, all columns on every rank: few of them are sent on from the owner of each
         block, which would be more to send. Collective."""
-        mpi: Any = self._mpi
-        columns = np.ascontiguousarray(gathered(rhs.T, mpi).T)
+        columns = np.ascontiguousarray(gathered(rhs.T, self._mpi).T)
         for first in range(0, self._n, BLOCK):
             owner = self._owner(first)
             if owner == self._rank:
                 self._update(first, self._block(first), columns)
             below = np.ascontiguousarray(columns[:, first:])
-            mpi.Bcast(below, root=owner)
+            self._mpi.Bcast(below, root=owner)
             columns[:, first:] = below
         return columns
 
     def kept(self, begun: Array) -> Array:
         """The unknowns that go last of all columns, (k, c), on every rank. Collective."""
         inner, k = self._n - len(self._last), len(self._last)
-        corner, lda = self._columns[inner:, inner:], self._n
-        if self._mpi is not None:
-            places = np.flatnonzero(np.arange(inner, self._n) // BLOCK % self._ranks == self._rank)
-            corner, lda = np.zeros((k, k)), k
-            own = self._columns[len(self._columns) - len(places) :, inner:]
-            corner[gathered(places, self._mpi)] = gathered(own, self._mpi)
+        places = np.flatnonzero(np.arange(inner, self._n) // BLOCK % self._ranks == self._rank)
+        corner, own = np.zeros((k, k)), self._columns[len(self._columns) - len(places) :, inner:]
+        corner[gathered(places, self._mpi)] = gathered(own, self._mpi)
         result, work = np.array(begun[:, inner:]), np.empty(PANEL * (PANEL + len(begun)))
-        _back(
-            native.pointer(corner),
-            lda,
-            k,
-            native.pointer(result),
-            k,
-            len(result),
-            native.pointer(work),
-            _routines()[1],
-        )
+        upper, x, room = map(native.pointer, (corner, result, work))
+        _back(upper, k, k, x, k, len(result), room, _routines()[1])
         petsc().Log.logFlops(float(k) ** 2 * len(result))
-        every = result if self._mpi is None else gathered(result, self._mpi)
+        every = gathered(result, self._mpi)
         return every[:, np.argsort(self._order)[self._last] - inner].T
 
     def combined(self, *pairs: tuple[Array, Array]) -> Array:
@@ -210,8 +184,7 @@ class BlockedLU:
         for first in reversed(range(0, self._n, BLOCK)):
             rows = slice(first, min(first + BLOCK, self._n))
             part, owner = np.array(flat[rows].T, order="C"), self._owner(first)
-            if self._mpi is not None:
-                part = summed_at(owner, part, self._mpi)
+            part = summed_at(owner, part, self._mpi)
             if owner == self._rank:
                 place, wide, count = self._place(first), rows.stop - first, flat.shape[1]
                 columns, work = (
@@ -222,18 +195,9 @@ class BlockedLU:
                 _back(upper, self._n, wide, x, wide, count, room, _routines()[1])
                 solved[rows] = part.T
                 flat[:first] -= columns[:, :first].T @ solved[rows]
-        if self._mpi is not None:
-            solved = total(solved, self._mpi)
         result = np.empty_like(solved)
-        result[self._order] = solved
+        result[self._order] = total(solved, self._mpi)
         return result.reshape(left.shape)
-
-    def _exchanged(self, rows: Array, columns: list[Index]) -> Array:
-        """This rank's columns with all their rows, (c', n), out of its rows of all columns (c,
-        rows); `columns` are the numbers of those of each rank. Collective."""
-        if self._mpi is None:
-            return rows
-        return exchanged(rows, columns, self._mpi)
 
     def apply(self, pc: Any, x: Any, y: Any) -> None:
         """PETSc asks for A⁻¹ x."""
@@ -243,9 +207,10 @@ class BlockedLU:
 
     def view(self, pc: Any, viewer: Any) -> None:
         """The line of -ksp_view."""
-        text = f"    LU by blocks of {BLOCK} columns, partial pivoting"
-        text += ", in place" if self._in_place and self._mpi is None else ""
-        viewer.printfASCII(f"{text}; {len(self._last)} unknowns are eliminated last\n")
+        viewer.printfASCII(
+            f"    LU by blocks of {BLOCK} columns, partial pivoting; {len(self._last)} unknowns "
+            "are eliminated last\n"
+        )
 
 
 @functools.cache
@@ -267,11 +232,10 @@ def _routines() -> tuple[int, int]:
     return factor, product
 
 
-@functools.cache
-def default_type() -> str:
-    """The PC that factorises dense matrices with many right-hand sides: this one, or LAPACK's
-    where the BLAS of scipy takes other integers."""
-    return TYPE if all(_routines()) else "lu"
+def direct_type(comm: Any) -> str:
+    """The PC that factorises dense matrices: LAPACK's LU on one rank, and where the BLAS of scipy
+    takes other integers; else this one."""
+    return TYPE if comm.getSize() > 1 and all(_routines()) else "lu"
 
 
 @functools.cache

@@ -9,17 +9,15 @@ import numpy as np
 
 from ..arrays import Array
 from ..runtime.ranks import meet
-from .blocked_lu import default_type
+from .blocked_lu import direct_type
 from .dense_matrix import on_memory
 from .ksp import LinearSolver, SolverFront
 from .row_layout import even_ranges
 
 
 def direct_solver(comm: Any, prefix: str) -> LinearSolver:
-    """A KSP for few right-hand sides of each matrix: by PETSc's LU of LAPACK, and over ranks by
-    ours."""
-    kind = "lu" if comm.getSize() == 1 else default_type()
-    return LinearSolver(comm, prefix, "iterate", pc_type=kind)
+    """A KSP for few right-hand sides of each matrix."""
+    return LinearSolver(comm, prefix, "iterate", pc_type=direct_type(comm))
 
 
 class DenseSolver(SolverFront):

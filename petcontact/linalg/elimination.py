@@ -11,7 +11,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..errors import SolverError
-from .blocked_lu import default_type
+from .blocked_lu import direct_type
 from .dense_matrix import on_memory
 from .ksp import LinearSolver
 from .row_layout import summed
@@ -156,7 +156,8 @@ def _groups(
 
 def _factors(matrix: Array, last: Index, comm: Any) -> LinearSolver:
     """Return the solver of a matrix, in whose place its factors go."""
-    solver = LinearSolver(comm, PREFIX, "factor", in_place=True, pc_type=default_type(), last=last)
+    kind = direct_type(comm)
+    solver = LinearSolver(comm, PREFIX, "factor", in_place=True, pc_type=kind, last=last)
     solver.set_operator(solver.owned(on_memory(matrix, len(matrix), comm)))
     return solver
 

@@ -4,6 +4,7 @@ silently."""
 from __future__ import annotations
 
 import atexit
+import ctypes
 from typing import Any
 
 import numpy as np
@@ -149,19 +150,22 @@ class LinearSolver:
 
     def _prepare(self, pc: Any, alone: bool) -> None:
         """An LU for what PETSc has none of, or in the place of a matrix that nothing else needs."""
-        database, name = petsc().Options(self._prefix), pc.getType()
-        in_place = self._in_place and alone and not _looks_at_matrix(self._prefix)
-        if name == blocked_lu.TYPE:
-            lu = blocked_lu.BlockedLU(self._comm, self.stage, self._last, in_place)
+        name, database = pc.getType(), petsc().Options(self._prefix)
+        several = self._comm.getSize() > 1
+        if name == blocked_lu.TYPE and several:
+            lu = blocked_lu.BlockedLU(self._comm, self.stage, self._last)
             pc.setPythonContext(lu)
             self._blocked = lu if alone else None
-        elif name == "lu" and self._comm.getSize() > 1:
+        elif name == blocked_lu.TYPE:
+            pc.setType("lu")  # PETSc has one for one rank
+        elif name == "lu" and several:
             pc.setType("redundant")  # PETSc has no LU of dense matrices over ranks
-        elif name == "lu" and in_place:
+        if pc.getType() == "lu" and self._in_place and alone and not _looks_at_matrix(self._prefix):
             if not database.hasName("pc_factor_mat_solver_type"):
                 pc.setFactorSolverType("petsc")
             if not database.hasName("pc_factor_in_place"):
-                _use_in_place(pc, self._prefix)
+                # petsc4py has no call for it
+                ctypes.CDLL(petsc().__file__).PCFactorSetUseInPlace(ctypes.c_void_p(pc.handle), 1)
 
     def set_operator(self, matrix: Any) -> None:
         """Solve with this matrix from now on; LU is computed at the next solve."""
@@ -186,7 +190,7 @@ class LinearSolver:
 
     def begun(self, rhs: Array) -> Array:
         """What `kept` and `combined` make operator⁻¹ of some right-hand sides from: all of it, or
-        where our LU solves alone its forward substitution, which overwrites them. Collective.
+        where our LU solves alone its forward substitution. Collective.
 
         Parameters
         ----------
@@ -276,16 +280,6 @@ class LinearSolver:
                 "the solution is not finite (KSP_DIVERGED_NANORINF)",
                 "look at the data and the mesh",
             )
-
-
-def _use_in_place(pc: Any, prefix: str) -> None:
-    """petsc4py has no call for PCFactorSetUseInPlace: the option is set for this one PC and removed
-    again."""
-    database = petsc().Options()
-    key = f"{prefix}pc_factor_in_place"
-    database.setValue(key, "true")
-    pc.setFromOptions()
-    database.delValue(key)
 
 
 class SolverFront:

@@ -193,12 +193,14 @@ def exponents(matrix: Matrix, low: float, high: float) -> list[complex]:
     def determinant(power: Complex) -> Complex:
         return np.asarray(np.linalg.det(matrix(power.astype(np.complex128))))
 
-    degree = int(DEGREE * (1.0 + high - low))
-    series = np.polynomial.Chebyshev.interpolate(
-        lambda power: determinant(power).real, degree, domain=[low, high]
-    )
-    size = np.abs(series.coef)
-    zeros = series.truncate(int(np.flatnonzero(size > 1e-14 * size.max())[-1]) + 1).roots()
+    count = int(DEGREE * (1.0 + high - low)) + 1
+    turn = math.pi * (np.arange(count) + 0.5) / count
+    nodes = 0.5 * (low + high + (high - low) * np.cos(turn))
+    # numpy's own interpolation multiplies the round-off of the nodes by the square of the degree
+    size = 2.0 / count * np.cos(np.outer(np.arange(count), turn)) @ determinant(nodes).real
+    size[0] *= 0.5
+    told = np.flatnonzero(np.abs(size) > _round_off(matrix, nodes))
+    zeros = np.polynomial.Chebyshev(size[: told[-1] + 1], domain=[low, high]).roots()
     zeros = zeros[(zeros.imag >= 0.0) & (zeros.imag < IMAGINARY)].astype(np.complex128)
     for _ in range(POLISHED):  # the polynomial is less exact away from the real line
         value, ahead = determinant(np.concatenate([zeros, zeros + HALF])).reshape(2, -1)
@@ -210,6 +212,18 @@ def exponents(matrix: Matrix, low: float, high: float) -> list[complex]:
         if low < zero.real < high and all(abs(zero - each) > NEAR for each in kept):
             kept.append(zero)
     return kept
+
+
+def _round_off(matrix: Matrix, power: Array) -> float:
+    """The largest round-off of the determinants at some powers (n,).
+
+    Elimination changes each row by a unit of round-off, and each row changes the determinant by no
+    more than Hadamard's bound, the product of the lengths of all rows. A polynomial with terms that
+    are smaller than this has zeros anywhere.
+    """
+    lengths = np.linalg.norm(matrix(power.astype(np.complex128)), axis=2)
+    count: int = lengths.shape[1]
+    return float(count * np.finfo(float).eps * lengths.prod(axis=1).max())
 
 
 def _solves(matrix: Matrix, power: Complex) -> Mask:

@@ -53,7 +53,7 @@ def test_an_example_gives_its_number(name, capsys):
 
 def resolved(text):
     """What is printed, but for times and round-off."""
-    return re.sub(r"(time \[s\]|elastic ).*", r"\1", text)
+    return re.sub(r"(time \[s\]|elasticity ).*", r"\1", text)
 
 
 @pytest.mark.parametrize("name", some(["lesson2_hertz", "operators"], NOTEBOOKS))

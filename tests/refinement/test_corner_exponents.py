@@ -61,6 +61,24 @@ def test_both_exponents_of_a_notch(degrees):
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize("degrees", [70, 90, 150, 250, 355])
+def test_exponents_do_not_depend_on_round_off(degrees):
+    """Clamped and free, all of 4κ sin² λω = (κ + 1)² - 4λ² sin² ω: M. L. Williams (1952)."""
+    angle, random = math.radians(degrees), np.random.default_rng(3)
+    exact = wedge(angle, KAPPA, CLAMPED, FREE)
+
+    def rounded(power):
+        matrix = exact(power)
+        return matrix * (1.0 + 4.0 * np.finfo(float).eps * random.standard_normal(matrix.shape))
+
+    found = np.array(exponents(exact, 1e-4, 3.3))
+    np.testing.assert_allclose(exponents(rounded, 1e-4, 3.3), found, atol=1e-9)
+    left = 4.0 * KAPPA * np.sin(found * angle) ** 2
+    right = (KAPPA + 1.0) ** 2 - 4.0 * (found * math.sin(angle)) ** 2
+    np.testing.assert_allclose(left, right, rtol=1e-7)
+    assert len(found) >= int(3.3 * angle / math.pi)
+
+
 @pytest.mark.parametrize(("first", "kind"), [(FREE, 0.6), (CLAMPED, 0.9), (0.4, -0.7)])
 def test_skew_rollers_against_complex_potentials(first, kind):
     """φ = A z^λ, ψ = B z^λ: 2µu = κφ - z φ̄' - ψ̄, and tractions along a ray are -i times the slope

@@ -108,8 +108,8 @@ SQUARE = [[4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0]]
 
 
 def clamped(mesh):
-    """A block that is clamped at an end and drawn at the other."""
-    ends = moved("bottom", [0.0, 0.0]), drawn("top", [0.1, 1.0])
+    """A block that is clamped at an end and drawn at the other, so that K is about 0 at (1, 0)."""
+    ends = moved("bottom", [0.0, 0.0]), drawn("top", [0.17, 1.0])
     return solid("block", rectangle([0, 0], [1, 1]), *ends, mesh=mesh)
 
 
@@ -125,7 +125,7 @@ def test_places_without_a_bound_are_the_same_on_every_mesh(body, count):
     """And so is where stress is told to have none: at four corners of the hole it is small, and at
     the kink it is a value."""
     listed = []
-    for size, order in ((0.25, 2), (0.11, 1)):
+    for size, order in ((0.1, 2), (0.05, 1)):
         solution = solve(problem(body=[body({"element_size": size, "order": order})]))
         endless = {n.name for n in solution.numbers if math.isinf(n.error)}
         (places,) = singular_places(solution, solution.last).values()
