@@ -23,9 +23,12 @@ from ...arrays import Array
 from ...bem.operators import BoundaryOperators
 from ...errors import InputError
 from ...geometry.superelement import CondensedSurface, expect
+from ...linalg.dense_solver import DenseSolver
+from ...linalg.elimination import PREFIX
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.panels import linear_shapes, reference_nodes
 from ...round_off import HALF
+from ...runtime.petsc import petsc
 from .base import ElasticBody
 
 
@@ -133,11 +136,13 @@ def condensed(
             f"{lowest:.1e} of its "
             "largest entry only; it must be that of a connected body, positive semi-definite"
         )
-    flexibility = np.linalg.inv(bordered)[:size, :size] / scale
     scalar = shape_functions(surface, mesh)
     shapes = scipy.sparse.csr_array(scipy.sparse.kron(scalar, scipy.sparse.identity(d)))
     force = _by_state(surface, "force", (size,), states)
-    moved = shapes @ flexibility
+    solver = DenseSolver(petsc().COMM_SELF, PREFIX)
+    solver.take(bordered)
+    moved = solver.solve_all(np.pad(shapes.toarray(), ((0, 0), (0, r))))[:, :size] / scale
+    solver.close()
     compliance = (shapes @ moved.T).T * np.repeat(mesh.weight, d)
     compliance += np.kron(half_space_compliance * _unresolved(scalar.toarray(), mesh), np.eye(d))
     return Condensed(compliance, (moved @ force.T).T, modes, force @ motions)
