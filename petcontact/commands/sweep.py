@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 
 def _part(word: str | None) -> tuple[int, int] | None:
-    """K/N as numbers."""
+    """Return the two numbers of K/N."""
     if word is None:
         return None
     match = re.fullmatch(r"(\d{1,7})/(\d{1,7})", word)

@@ -73,7 +73,7 @@ class Tresca:
         return np.where(_slips(tau, self.bound), SLIP, STICK).astype(np.int8)
 
     def admissible(self) -> Admissible:
-        """Return the limits |σ_t| <= g."""
+        """Return the limits of the tractions, |σ_t| <= g."""
         none = np.full(len(self.bound), np.inf)
         return Admissible(self.bound, none, np.zeros(len(self.bound)), none, none)
 

@@ -230,7 +230,7 @@ def _elements(file: InpFile, keyword: Keyword) -> list[int]:
 
 
 def _new(file: InpFile, keyword: Keyword, taken: Container[int], numbers: list[int]) -> None:
-    """Refuse numbers that are taken."""
+    """Refuse numbers of nodes or elements that are defined twice."""
     twice = [n for n in numbers if n in taken] or [
         n for n, times in Counter(numbers).items() if times > 1
     ]

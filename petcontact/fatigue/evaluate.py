@@ -60,7 +60,7 @@ class Fatigue:
 
     @property
     def places(self) -> int:
-        """How many there are."""
+        """Number of points."""
         return sum(len(result.value) for result in self.found)
 
     @property

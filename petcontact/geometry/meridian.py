@@ -48,7 +48,7 @@ class Meridian(Outline):
 
     @property
     def axis_ends(self) -> list[tuple[int, int]]:
-        """As of `Outline`."""
+        """Ends of its sides on the axis, see `Outline.axis_ends`."""
         own = np.arange(len(self.sides))
         return [
             (k, end)

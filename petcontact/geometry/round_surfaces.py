@@ -98,7 +98,7 @@ class SphereSurface(RoundSurface):
             yield part, _quadrilaterals(self.onto(np.array([part]), self.centre + x))
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Along the radius."""
+        """The nearest points of the surface, along the radius, (n, 3) [length]."""
         away = points - self.centre
         return np.asarray(
             self.centre + self.radius * away / np.linalg.norm(away, axis=-1, keepdims=True)

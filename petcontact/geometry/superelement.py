@@ -90,7 +90,7 @@ class CondensedSurface(Boundary):
 
     @property
     def components(self) -> int:
-        """Those of its displacements."""
+        """Number of components of a displacement, 2 or 3."""
         return self.dim
 
     @property

@@ -34,7 +34,7 @@ class BorderedElimination:
         self._coordinates = np.linalg.pinv(self._rows @ self._solved.T)
 
     def __call__(self, rhs: Array, work: Array) -> tuple[Array, Array]:
-        """y and c (q,)."""
+        """Return the solution y and the multipliers c (q,) of a right-hand side."""
         y = self._inverse(rhs)
         c = self._coordinates @ (self._rows @ y.ravel() - work)
         return y - (c @ self._solved).reshape(y.shape), c

@@ -63,7 +63,7 @@ class DenseSolver(SolverFront):
         self.factor()
 
     def factor(self) -> None:
-        """Take what was written."""
+        """Assemble the rows that were written; the next solve factorises them."""
         meet("a new matrix", self._comm)
         self._matrix.assemble()
         self._solver.set_operator(self._matrix)

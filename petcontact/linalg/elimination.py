@@ -22,7 +22,7 @@ PREFIX = "elastic_"
 
 @dataclass(frozen=True)
 class _Block:
-    """Unknowns that no other ones know of.
+    """A group of unknowns that no equation couples with the others.
 
     Attributes
     ----------

@@ -202,7 +202,7 @@ class Problem(Setting):
 
     @classmethod
     def spelling(cls, data: Any) -> type[Model]:
-        """`OneBody` for what has no [[body]]."""
+        """Return the class whose keys the data have: `OneBody` without [[body]]."""
         return OneBody if isinstance(data, dict) and "body" not in data else cls
 
     @pydantic.model_validator(mode="wrap")

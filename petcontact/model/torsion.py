@@ -61,7 +61,7 @@ def with_third_components(problem: Any) -> dict[str, Any]:
 
 
 def _models(problem: Any) -> Iterator[Model]:
-    """What may turn a body."""
+    """Yield the tables of the config whose values may twist a body."""
     yield from problem.obstacle
     for body in problem.body:
         yield from (*body.boundary, *body.point_force)

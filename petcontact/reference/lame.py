@@ -36,7 +36,7 @@ class Hollow:
 
     @property
     def _constants(self) -> tuple[float, float]:
-        """A and B."""
+        """Return A and B of σ_r = A - B/r^n, n the power."""
         a, b = self.inner**self.power, self.outer**self.power
         mean = (self.pressure_inside * a - self.pressure_outside * b) / (b - a)
         return mean, (self.pressure_inside - self.pressure_outside) * a * b / (b - a)

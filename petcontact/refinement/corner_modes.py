@@ -80,7 +80,7 @@ class Expansion:
 
     @property
     def components(self) -> int:
-        """Of the displacement."""
+        """Number of components of the displacement: 2 in the plane, 1 across it."""
         return 1 if math.isnan(self.kappa) else 2
 
     def rows(self, power: complex, theta: Array) -> Complex:

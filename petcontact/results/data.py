@@ -48,7 +48,7 @@ class SolutionData(Evaluated):
         return [str(each) for each in self.findings if each.severity == "warning"]
 
     def with_findings(self, findings: Iterable[Finding]) -> Self:
-        """The same with more findings."""
+        """A copy with more findings of the judge."""
         return replace(self, findings=(*self.findings, *findings))
 
     @property
@@ -264,7 +264,7 @@ class SolutionData(Evaluated):
 
 
 def _no_rows(d: int) -> dict[str, Any]:
-    """The columns of no nodes."""
+    """Columns of length 0, for a pair without nodes."""
     scalars = ("weight", "arc_length", "sigma_n", "friction_bound", "gap", "pressure", "worn_depth")
     shapes = {
         **dict.fromkeys(scalars, ()),

@@ -100,7 +100,7 @@ class PairResult:
 
     @property
     def sigma_t_error(self) -> Array | None:
-        """The same of the vector σ_t."""
+        """Estimated error of the vector σ_t, as `pressure_error`, (m,) [stress]."""
         return self._errors[1]
 
     @property

@@ -71,7 +71,7 @@ class StatusLine:
         self._status: Status | None = None
 
     def show(self, text: str) -> None:
-        """Write over what stands there."""
+        """Replace the status line by another text."""
         if not self.enabled:
             if (spent := time.process_time() - self._began) > self._next:
                 self._next *= 10.0

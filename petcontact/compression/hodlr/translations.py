@@ -169,7 +169,7 @@ class Translations:
 
     @functools.cached_property
     def _rest(self) -> scipy.spatial.cKDTree | None:
-        """The nodes on no stretch."""
+        """Numbers of the nodes that lie on no stretch of equal elements."""
         apart = np.ones(len(self._points), dtype=bool)
         for s in self.stretches:
             apart[s.start : s.stop] = False

@@ -87,7 +87,7 @@ class CadSurface(SolidSurface):
 
     @functools.cached_property
     def _numbers(self) -> dict[str, tuple[int, ...]]:
-        """Of the faces of each part."""
+        """Numbers of the faces of each part."""
         pairs = list(zip(self.faces, self.part_of, strict=True))
         return {
             part: tuple(face.number for face, own in pairs if own == part) for part in self.parts
@@ -216,7 +216,7 @@ def cad_surface(
 
 
 def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[str, Any]:
-    """The solid that is meant."""
+    """The solid of the file that the config names."""
     solids: list[dict[str, Any]] = found["solids"]
     if not solids:
         what = (

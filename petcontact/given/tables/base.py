@@ -208,7 +208,7 @@ class _OneLine(ModelMetaclass):
 
     @__signature__.setter
     def __signature__(cls, value: Any) -> None:
-        """Pydantic's own is of names only."""
+        """Ignore pydantic's own signature, in which arguments have names only."""
 
     def __dir__(cls) -> list[str]:
         """Names of ours: in `help` and completion those of pydantic's base would bury them."""

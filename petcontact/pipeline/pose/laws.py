@@ -87,7 +87,7 @@ class Laws:
 
     @functools.cached_property
     def changes(self) -> bool:
-        """Whether steps change the friction."""
+        """Whether a step changes the friction of the pair."""
         return any(
             not np.array_equal(values[:1].repeat(len(values), axis=0), values, equal_nan=True)
             for values in (self.coefficient, self.bound)

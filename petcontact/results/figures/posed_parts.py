@@ -37,7 +37,7 @@ class LabelledPart:
 
     @property
     def known(self) -> str:
-        """The pair, and the text."""
+        """The text, after the name of the pair if there is one."""
         return ": ".join(filter(None, [self.pair, self.text]))
 
     @property

@@ -127,7 +127,7 @@ class Picture:
     window: Window | None = None
 
     def label(self, solution: SolutionData) -> str:
-        """Of the colours."""
+        """Label of the colour bar."""
         units = solution.problem.units
         word = WORDS.get(self.quantity, self.quantity)
         return label(word, units.length if self.quantity.startswith("u") else units.stress)

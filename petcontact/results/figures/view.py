@@ -60,7 +60,7 @@ class View:
 
     @property
     def text(self) -> str:
-        """How displacements are drawn, in words."""
+        """How displacements are magnified, for a caption."""
         if self.factor == 1.0:
             return "displacements to scale"
         how = f"× {self.factor:g}" if self.factor > 1.0 else f"/ {1.0 / self.factor:g}"

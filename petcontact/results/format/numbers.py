@@ -38,7 +38,7 @@ def plain(value: Any) -> Any:
 
 
 def write_numbers(group: Any, numbers: Sequence[Number]) -> None:
-    """/numbers, a text each."""
+    """Write the dataset "numbers", each number as a text in JSON."""
     rows = np.array([as_json(number) for number in numbers], dtype=object)
     group.create_dataset("numbers", data=rows, dtype=h5py.string_dtype())
 

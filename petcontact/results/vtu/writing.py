@@ -14,7 +14,7 @@ from .revolve import revolved
 
 
 def unit_notes(units: Units | None) -> dict[str, int]:
-    """Notes that name the units."""
+    """Return the notes of a file that name the units."""
     given = units.model_dump(exclude_none=True) if units is not None else {}
     return {f"unit of {quantity} is {name}": 1 for quantity, name in given.items()}
 

@@ -236,5 +236,5 @@ def text(value: Any) -> str:
 
 
 def names_in(words: str | None) -> list[str] | None:
-    """NAME,... of a command line."""
+    """Split NAME,NAME,... of a command line into names."""
     return None if words is None else [word.strip() for word in words.split(",") if word.strip()]

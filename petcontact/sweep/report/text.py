@@ -91,7 +91,7 @@ def _grid(table: Table, quantities: Sequence[str]) -> list[list[str]]:
 
 
 def column_heads(table: Table, quantities: Sequence[str]) -> list[str]:
-    """What stands above each column."""
+    """The head of each column."""
     labels = (
         ", ".join(label(n, v) for n, v in zip(table.column_names, key, strict=True))
         for key in table.columns

@@ -51,7 +51,7 @@ class Counters:
 
 @dataclass(frozen=True)
 class WorkShare:
-    """What one team begins.
+    """The cases that one team of ranks takes.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class WorkShare:
 
     @property
     def batches(self) -> int:
-        """Claims until nothing is left."""
+        """Number of batches of the share."""
         return -(-len(self.places) // self.size)
 
 

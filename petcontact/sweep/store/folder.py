@@ -98,7 +98,7 @@ class SweepFolder:
             os.close(lock)
 
     def log_files(self) -> list[Path]:
-        """In the order of their runs."""
+        """Log files, in the order of their runs."""
         return sorted(self.logs.glob("*.log"))
 
     def write_index(self, sweep: Sweep, identity: Identity) -> None:
