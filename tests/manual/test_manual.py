@@ -135,6 +135,16 @@ def test_the_glossary_has_every_word_of_a_verdict(file):
     assert not {word for word in words if word.lower() not in chapter("glossary").lower()}
 
 
+def test_an_equation_of_the_paper_is_where_the_table_says():
+    rows = re.findall(r"^\| (.+?) \|.+\| `(.+\.py)` \| `(\w+)` \|$", chapter("paper"), re.M)
+    assert len(rows) > 10
+    for equations, file, name in rows:
+        text = (ROOT / "petcontact" / file).read_text()
+        assert re.search(rf"^(class|def) {name}\b", text, re.M), name
+        for each in re.findall(r"\(\d\.\d+\)|Algorithm 1|Lemma 2\.1|Theorem 3\.1", equations):
+            assert each in text, (file, each)
+
+
 def test_a_letter_has_one_meaning():
     """g is the gap and b the bound of shear; in the paper, and its chapter, g is the bound."""
     symbols = re.findall(r"^- \*\*(.+?)\*\*", chapter("glossary").partition("## Symbols")[2], re.M)
