@@ -30,6 +30,8 @@ matter in the whole element: with λ = 0.7 it is a quarter of that in its middle
 TOP, AROUND = 0.5, 5
 """Distance within which no value is larger than a top, over that from the next place without a
 bound, and how many of the nearest are no larger: the two on either side along a curve."""
+TOGETHER = 64
+"""Points whose nearest are looked for at once: most often the first of all is a top."""
 CRACK = math.sqrt(2.0 * math.pi)
 """Stress intensity factor of a crack over the K of its mode: σ = K_I/√(2πr)."""
 
@@ -183,11 +185,13 @@ def tops(x: Array, values: Array, nearest: Array, usable: Mask) -> Iterator[int]
     `AROUND` nearest."""
     tree, rows = scipy.spatial.cKDTree(x), np.flatnonzero(usable)
     reach = np.minimum(TOP * nearest, float(np.ptp(x, axis=0).max()))
-    for k in rows[np.argsort(-values[rows], kind="stable")].tolist():
-        around = tree.query_ball_point(x[k], reach[k])
-        around += tree.query(x[k], min(AROUND, len(x)))[1].reshape(-1).tolist()
-        if values[around].max() <= values[k]:
-            yield k
+    rows = rows[np.argsort(-values[rows], kind="stable")]
+    for first in range(0, len(rows), TOGETHER):
+        some = rows[first : first + TOGETHER]
+        around = tree.query(x[some], min(AROUND, len(x)))[1].reshape(len(some), -1)
+        for k in some[values[around].max(axis=1) <= values[some]].tolist():
+            if values[tree.query_ball_point(x[k], reach[k])].max() <= values[k]:
+                yield k
 
 
 def told_at(fits: Sequence[Fit], key: str) -> float:
