@@ -40,13 +40,18 @@ class Corners:
     inward: Array
     radius: Array
 
-    @property
+    @functools.cached_property
     def x(self) -> Array:
         """The middle of each (k, d) [length]."""
         return np.asarray(self.ends.mean(axis=1))
 
-    def nearest(self, number: int) -> float:
-        """The distance of the middle of one from the others, in the plane across it [length]."""
+    @functools.cached_property
+    def nearest(self) -> Array:
+        """The distance (k,) of the middle of each from the others, in the plane across it
+        [length]."""
+        return np.array([self._nearest(number) for number in range(len(self.ends))])
+
+    def _nearest(self, number: int) -> float:
         start, end = self.ends[:, 0], self.ends[:, 1]
         way = end[number] - start[number]
         before, behind = ((each - self.x[number]) @ way for each in (start, end))

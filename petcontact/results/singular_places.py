@@ -122,7 +122,7 @@ class _Body:
         if corner is None:
             away.append(np.linalg.norm(corners.x - x, axis=1))
         else:
-            away.append(np.array([corners.nearest(corner), corners.radius[corner]]))
+            away.append(np.array([corners.nearest[corner], corners.radius[corner]]))
         every = np.concatenate(away)
         return float(every[every > SINGLE * self._whole].min(initial=self._whole))
 
