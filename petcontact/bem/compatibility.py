@@ -8,7 +8,6 @@ import numpy as np
 
 from ..arrays import Array, shown
 from ..errors import InputError
-from ..geometry.arcs import on_arcs
 from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side
 from ..geometry.rotation import lifted
@@ -151,8 +150,9 @@ def _check_loads(loads: Loads) -> None:
 
 def _at(side: Side, xi: float) -> tuple[Array, Array]:
     """Return point and outward normal at the start (ξ = -1) or end (ξ = 1) of a side."""
-    point, normal = on_arcs(side.start, side.end, side.half_angle, np.array([xi]))
-    return point[0], normal[0]
+    fraction = np.array([0.5 * (1.0 + xi)])
+    x, y = side.tangents(fraction)[0]
+    return side.point(fraction)[0], np.array([y, -x])
 
 
 def _displacement(

@@ -75,6 +75,11 @@ class Side:
         """Length of the side [length]."""
         return float(arc_lengths(self._chord, self.half_angle))
 
+    @property
+    def whole(self) -> float:
+        """Length of the curve of which it is a piece [length]."""
+        return self.length
+
     def point(self, fraction: Array) -> Array:
         """Points (n, 2) at fractions (n,) of the arc length; the ends are met exactly."""
         t = np.asarray(fraction, dtype=float)
@@ -91,6 +96,12 @@ class Side:
             return np.full((len(fraction), 2), (self.end - self.start) / self._chord)
         nx, ny = on_arcs(self.start, self.end, self.half_angle, 2.0 * fraction - 1.0)[1].T
         return np.column_stack([-ny, nx])
+
+    def arcs(self, breaks: Array) -> tuple[Array, Array]:
+        """Of the pieces between fractions (n + 1,) of the arc length: unit vectors (n, 2) along
+        their chords, and their curvatures (n,) [1/length]."""
+        middle = 0.5 * (breaks[1:] + breaks[:-1])
+        return self.tangents(middle), np.full(len(middle), self.curvature)
 
     def nearest(self, x: Array) -> Array:
         """Fractions (n,) of the arc length at which the side is nearest to points (n, 2), on arcs
@@ -351,6 +362,7 @@ def _joined(loop: tuple[Side, ...]) -> tuple[Side, ...]:
         alpha = before.half_angle + side.half_angle
         if (
             before.part != side.part
+            or {type(before), type(side)} != {Side}
             or not _goes_on(before, side)
             or abs(alpha) > 0.25 * math.pi + RUNS_ON
         ):

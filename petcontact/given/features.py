@@ -80,6 +80,27 @@ def features_of(text: str, way: Way) -> tuple[Array, Array]:
     return done, samples
 
 
+def where_zero(values: Callable[[Array], Array]) -> tuple[Array, Array]:
+    """Return the fractions of a line at which functions change sign, and others that resolve what
+    is rough there.
+
+    Parameters
+    ----------
+    values : callable
+        Function from fractions (n,) to values (k, n).
+    """
+    samples = uniform()
+    below = values(np.concatenate([[0.0], samples, [1.0]])) < 0.0
+    ends = np.concatenate([[0.0], samples, [1.0]])
+    row, cut = np.nonzero(below[:, 1:] != below[:, :-1])
+    low, high = ends[cut], ends[cut + 1]
+    for _ in range(60 if len(cut) else 0):
+        middle = 0.5 * (low + high)
+        same = (values(middle)[row, np.arange(len(row))] < 0.0) == below[row, cut]
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return high, _around(high, samples) if len(high) else samples
+
+
 def kinks(
     values: Callable[[Array], Array], samples: Array, sampled: Array, far: float = 1.0
 ) -> tuple[Array, Array]:

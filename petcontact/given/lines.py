@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from ..geometry.arcs import on_arcs
 from ..geometry.outline import Outline, Side
 from .features import SAMPLES, SMOOTH, kinks
 from .sites import Sites
@@ -56,10 +55,8 @@ class Line:
 
     def normals(self, fractions: Array) -> Array:
         """Return the outward unit normals at fractions (n,) of the side, (n, 2)."""
-        side, straight = self.side, self.side.curvature == 0.0
-        at = np.zeros(1) if straight else 2.0 * fractions - 1.0
-        normal = on_arcs(side.start, side.end, side.half_angle, at)[1]
-        return np.broadcast_to(normal, (len(fractions), 2)) if straight else normal
+        along = self.side.tangents(fractions)
+        return np.column_stack([along[:, 1], -along[:, 0]])
 
     def degree(self, data: Sequence[Given]) -> float:
         """Return the degree of data as polynomials of the fraction, infinite if they are none."""

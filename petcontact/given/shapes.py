@@ -1,20 +1,21 @@
 """Shapes of rigid tools, and the distance to them along rays as one kind of `Given`.
 
-All shapes are convex. A line crosses a convex set on one interval, so that a shape is given by the
-ends of this interval in closed form.
+A line crosses a convex set on one interval, whose ends are known in closed form. Of other shapes it
+is the interval that counts for a body beside it.
 """
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
-from .sites import Sites
+from .features import where_zero
+from .sites import Sites, Way
 from .values import Given, as_given
 
 Crossing = tuple[Array, Array, Array]
@@ -22,26 +23,30 @@ Crossing = tuple[Array, Array, Array]
 closest to its middle, (m,) each [length]. A line that misses enters after it leaves."""
 
 
-class Shape(Protocol):
-    """A convex set of points in d dimensions."""
+class Shape(ABC):
+    """A set of points in d dimensions."""
 
     @property
+    @abstractmethod
     def dim(self) -> int:
         """Number of dimensions."""
-        ...
 
     @property
     def degree(self) -> float:
         """Degree of the distance along equal directions, as of `Given`."""
-        ...
+        return math.inf
 
+    @abstractmethod
     def crossing(self, x: Array, ray: Array) -> Crossing:
         """Return where lines through points (m, d) along unit vectors (m, d) cross the set."""
-        ...
+
+    def beside(self, x: Array, ray: Array) -> Array:
+        """Return how far corners lie to one side of lines (k, m), where the distance is rough."""
+        return np.empty((0, len(x)))
 
 
 @dataclass(frozen=True)
-class Ball:
+class Ball(Shape):
     """A disc in the plane, a ball in space."""
 
     centre: tuple[float, ...]
@@ -51,10 +56,6 @@ class Ball:
     def dim(self) -> int:
         return len(self.centre)
 
-    @property
-    def degree(self) -> float:
-        return math.inf
-
     def crossing(self, x: Array, ray: Array) -> Crossing:
         to_centre = np.array(self.centre) - x
         middle = np.einsum("md,md->m", to_centre, ray)
@@ -63,7 +64,7 @@ class Ball:
 
 
 @dataclass(frozen=True)
-class HalfSpace:
+class HalfSpace(Shape):
     """All points behind a plane, in the plane behind a straight line; the normal points out."""
 
     point: tuple[float, ...]
@@ -86,7 +87,7 @@ class HalfSpace:
 
 
 @dataclass(frozen=True)
-class Rod:
+class Rod(Shape):
     """A cylinder in space between two flat ends, or a bore, which is open at its ends."""
 
     start: tuple[float, ...]
@@ -98,10 +99,6 @@ class Rod:
     def dim(self) -> int:
         return 3
 
-    @property
-    def degree(self) -> float:
-        return math.inf
-
     def crossing(self, x: Array, ray: Array) -> Crossing:
         length = math.dist(self.start, self.end)
         axis = np.subtract(self.end, self.start) / length
@@ -112,7 +109,7 @@ class Rod:
             at = height + along * np.where(crossed, leave, 0.0)
             met = crossed & (at >= 0.0) & (at <= length)
             return np.where(met, enter, np.inf), np.where(met, leave, -np.inf), middle
-        first, last = _between(height, along, length)
+        first, last = between(height, along, length)
         return np.maximum(enter, first), np.minimum(leave, last), middle
 
     def _curved(self, x: Array, across: Array) -> Crossing:
@@ -129,7 +126,7 @@ class Rod:
         return np.where(within, -np.inf, enter), np.where(within, np.inf, leave), middle
 
 
-def _between(height: Array, along: Array, length: float) -> tuple[Array, Array]:
+def between(height: Array, along: Array, length: float) -> tuple[Array, Array]:
     """Return where lines enter and leave the layer of heights from 0 to `length`."""
     level = along == 0.0
     slope = np.where(level, 1.0, along)
@@ -208,22 +205,35 @@ class Distance(Given):
     def degree(self) -> float:
         return self.source.shape.degree
 
+    def features(self, way: Way) -> tuple[Array, Array]:
+        def beside(fractions: Array) -> Array:
+            sites = way(fractions)
+            return self.source.shape.beside(sites.x, self._rays(sites))
+
+        return where_zero(beside)
+
     @property
     def words(self) -> str:
         return f"{self.key}: {self.source}"
 
-    def _distances(self, sites: Sites) -> tuple[Array, Array]:
-        """Return the distances, and those to the middle of the shape."""
+    def _rays(self, sites: Sites) -> Array:
+        """Return the unit vectors (n, d) along which sites look at the shape."""
         aimed, d = self.source, sites.x.shape[1]
         if aimed.shape.dim != d:
+            hint = "; along says which direction it is the same in" if d == 3 else ""
             raise InputError(
                 f"{self.key}: obstacle {aimed.name!r} has the shape {aimed.word!r} in "
-                f"{aimed.shape.dim} dimensions; the body has {d}"
+                f"{aimed.shape.dim} dimensions; the body has {d}{hint}"
             )
         ray = sites.normal if aimed.direction is None else np.array([aimed.direction])
         if ray is None:
             raise InputError(f"{self.words} is known on the surface only")
-        enter, leave, middle = aimed.shape.crossing(sites.x, np.broadcast_to(ray, sites.x.shape))
+        return np.broadcast_to(ray, sites.x.shape)
+
+    def _distances(self, sites: Sites) -> tuple[Array, Array]:
+        """Return the distances, and those to the middle of the shape."""
+        aimed = self.source
+        enter, leave, middle = aimed.shape.crossing(sites.x, self._rays(sites))
         met = (enter <= leave) & ((enter <= 0.0) if aimed.hollow else (leave >= 0.0))
         return np.where(met, leave if aimed.hollow else enter, np.inf), middle
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import functools
 import math
-import warnings
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from ..geometry.smooth_curve import quiet, smoothest
 from ..round_off import SUMMED
 from .sites import Sites
 from .tables.points import Points
@@ -19,9 +18,6 @@ from .values import Given, as_given
 
 BEYOND = 1e-9
 """Share of the extent of the points by which places may lie outside: round-off of positions."""
-HALVINGS = 16
-"""Of the logarithm of the sum of squares, whose range is the number of points: 1e-3 of it and
-better."""
 NEIGHBOURS = 5
 """Points of a fourth difference."""
 NORMAL_MEDIAN = 0.6745
@@ -72,21 +68,11 @@ class Spline(Given):
         table, smooth = self.source.table, self.source.smooth
         places, given = table[:, :-1], table[:, -1]
         fit = _curve(*table.T) if len(table.T) == 2 else _surface(self.key, *table.T)
-        if not smooth:
-            return fit(0.0)
 
-        def away(squares: float) -> float:
-            return float(np.abs(fit(squares)(*places.T) - given).max())
+        def away(found: Callable[..., Array]) -> float:
+            return float(np.abs(found(*places.T) - given).max())
 
-        # each is at most `smooth` away where the sum of squares is at most its square
-        low, high = 0.0, math.log(len(given))
-        if away(smooth**2 * math.exp(high)) <= smooth:
-            return fit(smooth**2 * math.exp(high))
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            nearer = away(smooth**2 * math.exp(middle)) <= smooth
-            low, high = (middle, high) if nearer else (low, middle)
-        return fit(smooth**2 * math.exp(low))
+        return smoothest(fit, away, smooth, len(given))
 
     @property
     def noise(self) -> tuple[float, float]:
@@ -134,7 +120,7 @@ def _curve(x: Array, y: Array) -> Fit:
         if not squares:
             through: Callable[..., Array] = interpolate.make_interp_spline(x, y)
             return through
-        near: Callable[..., Array] = _quiet(interpolate.UnivariateSpline, x, y, s=squares)
+        near: Callable[..., Array] = quiet(interpolate.UnivariateSpline, x, y, s=squares)
         return near
 
     return fit
@@ -149,14 +135,14 @@ def _surface(key: str, x: Array, y: Array, z: Array) -> Fit:
     if len(grid) == len(z) and np.array_equal(np.column_stack([x, y])[order], grid):
         values = z[order].reshape(len(lines[0]), len(lines[1]))
         build = interpolate.RectBivariateSpline
-        return lambda squares: _quiet(build, *lines, values, s=squares).ev
+        return lambda squares: quiet(build, *lines, values, s=squares).ev
     places = np.column_stack([x, y])
     if len(np.unique(places, axis=0)) < len(z) or np.linalg.matrix_rank(places - places[0]) < 2:
         raise InputError(f"{key}.points: must not repeat a place (x, y) nor lie on one line")
 
     def fit(squares: float) -> Callable[..., Array]:
         if squares:
-            near: Callable[..., Array] = _quiet(
+            near: Callable[..., Array] = quiet(
                 interpolate.SmoothBivariateSpline, x, y, z, s=squares
             ).ev
             return near
@@ -164,13 +150,6 @@ def _surface(key: str, x: Array, y: Array, z: Array) -> Fit:
         return lambda u, v: through(np.column_stack([u, v]))
 
     return fit
-
-
-def _quiet(build: Any, *arguments: Any, s: float) -> Any:
-    """A spline of FITPACK, whose warnings are about sums of squares that no caller gave."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return build(*arguments, s=s)
 
 
 as_given.register(Points, lambda source, key: Spline(key, source))

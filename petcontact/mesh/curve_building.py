@@ -40,7 +40,7 @@ def build_mesh(
         λ of the first and the last element if they are powers (and constant), else 0.
     """
     names = outline.parts
-    start, end, side_start, direction = [], [], [], []
+    start, end, side_start, arcs = [], [], [], []
     travelled = dict.fromkeys(names, 0.0)
     counts = [len(fractions) - 1 for fractions in breaks]
     order, power = np.concatenate(list(orders)).astype(np.int64), np.zeros(sum(counts))
@@ -48,27 +48,24 @@ def build_mesh(
         points = side.point(fractions)
         start.append(points[:-1])
         end.append(points[1:])
-        direction.append(side.tangents(0.5 * (fractions[1:] + fractions[:-1])))
+        arcs.append(side.arcs(fractions))
         side_start.append(travelled[side.part] + side.length * fractions[:-1])
         travelled[side.part] += side.length
     for last, count, pair in zip(itertools.accumulate(counts), counts, powers, strict=False):
         for place, exponent in ((last - count, pair[0]), (last - 1, -pair[1])):
             power[place] = exponent if exponent and order[place] == 0 else power[place]
-    curvature, part = (
-        [side.curvature for side in outline.sides],
-        [names.index(side.part) for side in outline.sides],
-    )
+    direction, curvature = map(np.concatenate, zip(*arcs, strict=True))
     return MESHES[type(outline)](
         start=np.concatenate(start),
         end=np.concatenate(end),
-        curvature=np.repeat(curvature, counts),
+        curvature=curvature,
         order=order,
-        part=np.repeat(part, counts),
+        part=np.repeat([names.index(side.part) for side in outline.sides], counts),
         line=np.repeat(line_numbers(outline), counts),
         side_start=np.concatenate(side_start),
         part_names=names,
         unit_length=outline.log_length,
-        direction=np.concatenate(direction),
+        direction=direction,
         power=power,
         thickness=outline.depth,
     )

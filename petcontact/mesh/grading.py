@@ -105,11 +105,8 @@ def turn(before: Side, after: Side) -> float:
 
     It is positive at a convex corner.
     """
-    a, b = (side.end - side.start for side in (before, after))
-    between = (
-        math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b)) - before.half_angle - after.half_angle
-    )
-    return math.remainder(between, 2.0 * math.pi)
+    a, b = before.tangents(np.ones(1))[0], after.tangents(np.zeros(1))[0]
+    return math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b))
 
 
 def graded_breaks(

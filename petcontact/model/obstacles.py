@@ -9,8 +9,21 @@ import pydantic
 from ..errors import InputError
 from ..geometry.rotation import Motions as Kind
 from ..given.posed import HOLD
-from ..given.shapes import Aimed, Ball, HalfSpace, Rod, Shape
-from ..given.tables.base import Directed, Finite, Model, Name, Positive, SpacePoint, Vector
+from ..given.shapes import Aimed
+from ..given.tables.base import (
+    Directed,
+    Direction,
+    Finite,
+    Model,
+    Name,
+    NotNegative,
+    Point,
+    Positive,
+    SpacePoint,
+    Vector,
+)
+from ..given.tables.points import Columns, Rows
+from .tools import check_keys, shape_of
 
 
 def _components(allowed: str, *words: str) -> pydantic.BeforeValidator:
@@ -67,17 +80,6 @@ def spread(value: Any, count: int, key: str) -> list[Any]:
     return [value] * count
 
 
-SHAPED = {
-    "circle": ("radius",),
-    "sphere": ("radius",),
-    "cylinder": ("from", "to", "radius"),
-    "plane": ("normal",),
-}
-"""Keys that a shape needs."""
-MAY: dict[str | None, tuple[str, ...]] = {**dict.fromkeys(SHAPED, ("hollow",)), "plane": ("point",)}
-"""Keys that a shape may have besides."""
-
-
 class Obstacle(Model):
     """A rigid body without a mesh: it moves by given components, or by those that are "free" under
     its force and moment.
@@ -108,7 +110,7 @@ class Obstacle(Model):
     moment : number, in 3D one about each of x, y, z
         Moment from outside about the centre, where the rotation is free [force, in 3D force ·
         length].
-    shape : {"circle", "plane", "sphere", "cylinder"}, optional
+    shape : {"circle", "plane", "sphere", "cylinder", "polygon", "box", "points"}, optional
         With a shape, the gap of unilateral contact is by default the distance to it along the
         contact's direction. It is infinite where the ray misses. A circle is of the plane and of
         axial problems, a sphere of axial problems and of space, a cylinder of space.
@@ -120,9 +122,28 @@ class Obstacle(Model):
         A point of a plane; by default `centre` [length].
     from, to : points, optional
         Centres of the two flat ends of a cylinder [length].
+    vertices : list of points, optional
+        Corners of a polygon, in either direction [length].
+    fillet : float, optional
+        Radius of the corners of a polygon, or of the edges and corners of a box; 0 by default
+        [length].
+    lower, upper : points, optional
+        Opposite corners of a box along the axes, in the plane a rectangle [length].
+    points : file or rows of numbers, optional
+        Columns x and y of the profile of a tool, from its centre on and in their order along it. It
+        is closed where the last point is the first one; see `gap` for the file [length].
+    columns : list of int, optional
+        Which two columns of the points these are, from 0 on.
+    smooth : float, optional
+        The curve is at most so far away from the points; with 0 it goes through all [length].
+    along : vector, in 3D
+        Direction along which a polygon or a profile is the same [-]. Its x and y are the other two
+        axes in their order; for along = [0, 1, 0] they are x and z.
+    angle : float, optional
+        Turns a polygon, a rectangle or a profile about `centre`, counter-clockwise, before it
+        moves [degrees].
     hollow : bool
-        Whether the body lies inside of a circle, a sphere, or a cylinder, which is then open at its
-        ends.
+        Whether the body lies inside of the shape. A cylinder is then open at its ends.
     """
 
     name: Name
@@ -131,8 +152,8 @@ class Obstacle(Model):
     centre: Loads = 0.0
     force: Loads = 0.0
     moment: Loads = 0.0
-    shape: Literal["circle", "plane", "sphere", "cylinder"] | None = pydantic.Field(
-        default=None, kw_only=True
+    shape: Literal["circle", "plane", "sphere", "cylinder", "polygon", "box", "points"] | None = (
+        pydantic.Field(default=None, kw_only=True)
     )
     radius: Positive | None = pydantic.Field(default=None, kw_only=True)
     normal: Annotated[tuple[Finite, ...], Vector, Directed] | None = pydantic.Field(
@@ -144,22 +165,20 @@ class Obstacle(Model):
         SpacePoint | None, pydantic.Field(default=None, kw_only=True)
     ]
     to: SpacePoint | None = pydantic.Field(default=None, kw_only=True)
+    vertices: tuple[Point, ...] | None = pydantic.Field(default=None, min_length=3, kw_only=True)
+    fillet: NotNegative | None = pydantic.Field(default=None, kw_only=True)
+    lower: Annotated[tuple[Finite, ...], Vector] | None = pydantic.Field(default=None, kw_only=True)
+    upper: Annotated[tuple[Finite, ...], Vector] | None = pydantic.Field(default=None, kw_only=True)
+    points: Rows | None = pydantic.Field(default=None, kw_only=True)
+    columns: Columns | None = pydantic.Field(default=None, kw_only=True)
+    smooth: NotNegative | None = pydantic.Field(default=None, kw_only=True)
+    along: Direction | None = pydantic.Field(default=None, kw_only=True)
+    angle: Finite | None = pydantic.Field(default=None, kw_only=True)
     hollow: bool = pydantic.Field(default=False, kw_only=True)
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_shape(self) -> Obstacle:
-        needed = SHAPED.get(self.shape or "", ())
-        for key in ("radius", "normal", "point", "from", "to", "hollow"):
-            given = getattr(self, key) not in (None, False)
-            if given and self.shape is None:
-                raise InputError(f"{key}: belongs to a shape; give shape, as in shape = 'circle'")
-            if given and key not in (*needed, *MAY[self.shape]):
-                allowed = ", ".join((*needed, *MAY[self.shape]))
-                raise InputError(f"{key}: a {self.shape} has none; its keys are {allowed}")
-            if key in needed and not given:
-                raise InputError(f"{key}: this key is required of a {self.shape}")
-        if self.shape == "cylinder" and getattr(self, "from") == self.to:
-            raise InputError("from and to are the same point: a cylinder has a length")
+        check_keys(self)
         return self
 
     def aimed(self, direction: tuple[float, ...] | None, *, axial: bool) -> Aimed:
@@ -171,25 +190,7 @@ class Obstacle(Model):
             If the problem has no such shape, or it is not one of revolution in an axial problem.
         """
         assert self.shape is not None
-        return Aimed(self.name, self.shape, self._shape(axial), direction, self.hollow)
-
-    def _shape(self, axial: bool) -> Shape:
-        head = f"obstacle {self.name!r}: "
-        if self.shape == "plane":
-            assert self.normal is not None
-            if axial and self.normal[0] != 0.0:
-                raise InputError(f"{head}normal: must be along the axis, got {self.normal}")
-            d = len(self.normal)
-            point = self._each("centre" if self.point is None else "point", d)
-            return HalfSpace(tuple(point), self.normal)
-        assert self.radius is not None
-        if self.shape == "cylinder":
-            assert self.to is not None
-            return Rod(getattr(self, "from"), self.to, self.radius, self.hollow)
-        centre = self.centre_in(2 if axial or self.shape == "circle" else 3)
-        if axial and centre[0] != 0.0:
-            raise InputError(f"{head}centre: must lie on the axis x = 0, got {centre}")
-        return Ball(tuple(centre), self.radius)
+        return Aimed(self.name, self.shape, shape_of(self, axial), direction, self.hollow)
 
     def motions(self, kind: Kind) -> list[Any]:
         """Displacement and rotation, component by component, each a number, "free" or "hold".

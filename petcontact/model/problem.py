@@ -44,6 +44,7 @@ from .obstacles import Obstacle
 from .posed_bodies import posed_body
 from .posing import posed
 from .shapes.files import Gmsh
+from .shapes.plane import SideBySide
 from .summary import html_table, summary
 from .torsion import is_twisted, with_third_components
 
@@ -319,7 +320,7 @@ class Problem(Setting):
         body, axial = self.body[number], self.symmetry == "axial"
         boundary: Boundary = (
             body.geometry.outline(axial)
-            if isinstance(body.geometry, Gmsh)
+            if isinstance(body.geometry, Gmsh | SideBySide)
             else body.geometry.outline()
         )
         try:

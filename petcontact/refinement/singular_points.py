@@ -129,5 +129,5 @@ def _of_contact(law: Law) -> tuple[SideKind, ...]:
 
 def direction(side: Side, fraction: float) -> float:
     """Return the angle of the tangent at a fraction of a side [rad]."""
-    chord = side.end - side.start
-    return math.atan2(chord[1], chord[0]) + side.half_angle * (2.0 * fraction - 1.0)
+    x, y = side.tangents(np.array([fraction]))[0]
+    return math.atan2(y, x)

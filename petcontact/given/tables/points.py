@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +13,8 @@ import pydantic
 
 from ...arrays import LARGEST_COORDINATE, Array
 from ...errors import InputError
+from ...geometry.smooth_curve import SmoothCurve
+from ...round_off import WRITTEN
 from .base import Expression, Model, NotNegative, regular_file
 
 LARGEST_FILE = 4_000_000
@@ -56,6 +60,101 @@ def _rows_of(path: Path) -> list[tuple[float, ...]]:
     return rows
 
 
+Rows = Annotated[
+    Any,
+    pydantic.PlainValidator(_read),
+    pydantic.WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string"},
+                {"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
+            ]
+        }
+    ),
+]
+"""A file of columns, or rows of numbers."""
+Columns = tuple[Annotated[int, pydantic.Field(strict=True, ge=0)], ...]
+"""Numbers of columns, from 0 on."""
+
+
+def table_of(rows: Sequence[Sequence[float]], columns: Columns | None, *names: str) -> Array:
+    """The columns of rows that are used (n, k), finite; `names` are what they may be, by number.
+
+    Raises
+    ------
+    InputError
+        If there are no such columns, too few rows, or a number is not finite.
+    """
+    counts = [name.count(",") + 1 for name in names]
+    count = len(rows[0]) if rows else 0
+    if count < min(counts):
+        raise InputError(
+            f"points: must have at least {min(counts)} columns, {names[0]}; has {count}"
+        )
+    chosen = list(range(count) if columns is None else columns)
+    if len(chosen) not in counts or max(chosen) >= count or len({*chosen}) < len(chosen):
+        allowed = " or ".join(f"{k} {name}" for k, name in zip(counts, names, strict=True))
+        allowed = allowed.replace(" (", " columns (", 1)
+        raise InputError(f"columns: must be {allowed} of 0 to {count - 1}, got {chosen}")
+    if len(rows) < FEWEST ** (len(chosen) - 1):
+        raise InputError(f"points: must be at least {FEWEST ** (len(chosen) - 1)}, got {len(rows)}")
+    table = np.array(rows)[:, chosen]
+    if not (right := np.isfinite(table) & (np.abs(table) <= LARGEST_COORDINATE)).all():
+        row = int(right.all(axis=1).argmin())
+        raise InputError(f"points: must be finite numbers, row {row + 1} is {table[row].tolist()}")
+    return table
+
+
+@functools.lru_cache(maxsize=16)
+def curve_of(
+    rows: tuple[tuple[float, ...], ...],
+    smooth: float,
+    closed: bool | None = None,
+    axial: bool = False,
+) -> SmoothCurve:
+    """The smooth curve through points of the plane, or near them.
+
+    Parameters
+    ----------
+    rows : tuple of (x, y)
+        [length]
+    smooth : float
+        Largest distance from them [length].
+    closed : bool, optional
+        By default, whether the last point is the first one. A closed curve that ends elsewhere
+        goes on to its first point.
+    axial : bool
+        Whether ends on x = 0 lie on an axis of revolution.
+
+    Raises
+    ------
+    InputError
+        If there are too few points, one repeats the one before, or the curve crosses itself.
+    """
+    import shapely
+
+    if len(rows) < FEWEST:
+        raise InputError(f"points: must be at least {FEWEST}, got {len(rows)}")
+    meets = rows[0] == rows[-1]
+    closed = meets if closed is None else closed
+    table = np.array([*rows, *rows[:1]] if closed and not meets else rows)
+    if not (moves := (np.diff(table, axis=0) != 0.0).any(axis=1)).all():
+        row = int(moves.argmin())
+        raise InputError(f"points: row {row + 2} repeats the one before, {table[row].tolist()}")
+    near = np.abs(table[[0, -1], 0]) <= WRITTEN * np.abs(table).max()
+    ends = near & axial & (not closed)
+    points = tuple(map(tuple, table.tolist()))
+    curve = SmoothCurve(points, smooth, closed, (bool(ends[0]), bool(ends[1])))
+    line = curve.at(np.linspace(*curve.reach, 4 * len(table)))
+    line[-1] = line[0] if closed else line[-1]
+    if not shapely.LineString(line).is_simple:
+        raise InputError(
+            "points: the curve crosses itself; rows must be in their order along it, and noise "
+            "needs a value of smooth"
+        )
+    return curve
+
+
 class Points(Model):
     """A smooth function through points, or near them, in the place of an expression.
 
@@ -79,43 +178,14 @@ class Points(Model):
         The spline is at most so far away from the points; with 0 it goes through all [length].
     """
 
-    points: Annotated[
-        Any,
-        pydantic.PlainValidator(_read),
-        pydantic.WithJsonSchema(
-            {
-                "anyOf": [
-                    {"type": "string"},
-                    {"type": "array", "items": {"type": "array", "items": {"type": "number"}}},
-                ]
-            }
-        ),
-    ]
-    columns: tuple[Annotated[int, pydantic.Field(strict=True, ge=0)], ...] | None = None
+    points: Rows
+    columns: Columns | None = None
     smooth: NotNegative = 0.0
 
     @pydantic.model_validator(mode="after")
     def _make_a_function(self) -> Points:
-        count = len(self.points[0]) if self.points else 0
-        if count < 2:
-            raise InputError(f"points: must have at least 2 columns, x and the value; has {count}")
-        columns = self.columns or range(count)
-        if len(columns) not in (2, 3) or max(columns) >= count or len({*columns}) < len(columns):
-            raise InputError(
-                f"columns: must be 2 columns (x, value) or 3 (x, y, value) of 0 to {count - 1}, "
-                f"got {list(columns)}"
-            )
-        if len(self.points) < FEWEST ** (len(columns) - 1):
-            raise InputError(
-                f"points: must be at least {FEWEST ** (len(columns) - 1)}, got {len(self.points)}"
-            )
         rows = self.table
-        if not (wrong := np.isfinite(rows) & (np.abs(rows) <= LARGEST_COORDINATE)).all():
-            row = int(wrong.all(axis=1).argmin())
-            raise InputError(
-                f"points: must be finite numbers, row {row + 1} is {rows[row].tolist()}"
-            )
-        if len(columns) == 2 and not (rises := np.diff(rows[:, 0]) > 0.0).all():
+        if rows.shape[1] == 2 and not (rises := np.diff(rows[:, 0]) > 0.0).all():
             row = int(rises.argmin())
             raise InputError(
                 f"points: x must increase from row to row; row {row + 1} has {rows[row, 0]:g}, the "
@@ -126,8 +196,7 @@ class Points(Model):
     @property
     def table(self) -> Array:
         """The columns that are used, (n, 2) or (n, 3)."""
-        rows = np.array(self.points)
-        return rows if self.columns is None else rows[:, list(self.columns)]
+        return table_of(self.points, self.columns, "(x, value)", "(x, y, value)")
 
     def __str__(self) -> str:
         return f"a spline of {len(self.points)} points"

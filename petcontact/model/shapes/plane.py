@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -13,7 +14,14 @@ from ...arrays import Array
 from ...errors import InputError
 from ...geometry.arcs import turn_of_radius, turn_through
 from ...geometry.outline import Outline, Side, arc, oriented
-from ...given.tables.base import Finite, Model, Point, Positive, Shape
+from ...geometry.smooth_curve import SmoothCurve
+from ...given.tables.base import Finite, Model, NotNegative, Point, Positive, Shape
+from ...given.tables.points import Columns, Rows, curve_of, table_of
+from ...round_off import WRITTEN
+
+NEXT = 2.0
+"""Distance of the end of a side over that of the first two points of the next one, up to which it
+is one of these points."""
 
 
 class Rectangle(Shape):
@@ -119,36 +127,86 @@ class OutlineSide(Model):
     ----------
     part : str
         Name of the part.
-    to : point
+    to : point, optional
         End of the side [length].
     through : point, optional
         Makes the side the circular arc through this point [length].
     radius : float, optional
         Makes the side a circular arc of at most half a circle: it turns left (bulges to the right)
         where positive, right where negative [length].
+    points : file or rows of numbers, optional
+        In place of `to`: columns x and y of points that the side goes through, in their order
+        along it. It is a curve with continuous curvature, from the first point to the last one. It
+        begins where the side before ends if that is one point spacing away; else that side goes on
+        straight to it. See `gap` for the file [length].
+    columns : list of int, optional
+        Which two columns of the points these are, from 0 on.
+    smooth : float
+        The curve is at most so far away from the points; with 0 it goes through all [length].
     """
 
     part: str = pydantic.Field(min_length=1)
-    to: Point
+    to: Point | None = None
     through: Point | None = None
     radius: Finite | None = None
+    points: Rows | None = None
+    columns: Columns | None = None
+    smooth: NotNegative = 0.0
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> OutlineSide:
+        if (self.to is None) == (self.points is None):
+            raise InputError(
+                f"side {self.part!r}: needs its end, to, or the points that it goes through"
+            )
         if self.through is not None and self.radius is not None:
             raise InputError(
                 f"side {self.part!r}: an arc is given by through or by radius, not by both"
             )
+        for keys, other in ((("through", "radius"), "points"), (("columns", "smooth"), "to")):
+            given = [key for key in keys if getattr(self, key) not in (None, 0.0)]
+            if given and getattr(self, other) is not None:
+                raise InputError(f"side {self.part!r}: {given[0]} does not go with {other}")
         if self.radius == 0.0:
             raise InputError(
                 f"side {self.part!r}: radius must not be 0; leave it out for a straight side"
             )
+        if self.points is not None:
+            table_of(self.points, self.columns, "(x, y)")
         return self
+
+    @property
+    def end(self) -> Array:
+        """Its last point [length]."""
+        return np.array(self._rows()[-1] if self.to is None else self.to, dtype=float)
+
+    def _rows(self) -> list[tuple[float, ...]]:
+        return list(map(tuple, table_of(self.points or (), self.columns, "(x, y)").tolist()))
+
+    def curve(self, start: Array | None, axial: bool) -> SmoothCurve:
+        """The curve through its points from the end of the side before it, or a closed one.
+
+        Raises
+        ------
+        InputError
+            As of `curve_of`.
+        """
+        rows = self._rows()
+        if start is not None:
+            away = math.dist(rows[0], start)
+            size = max(map(math.hypot, *np.transpose(rows).tolist()))
+            if away <= max(self.smooth, WRITTEN * size):
+                rows[0] = tuple(start.tolist())
+            elif away <= NEXT * math.dist(rows[0], rows[1]):
+                rows.insert(0, tuple(start.tolist()))
+        try:
+            return curve_of(tuple(rows), self.smooth, start is None, axial)
+        except InputError as error:
+            raise InputError(f"geometry: side {self.part!r}: {error}") from None
 
     def sides_from(self, start: Array) -> list[Side]:
         """The side as straight line or as arcs of at most a quarter circle."""
-        end = np.array(self.to, dtype=float)
-        alpha = 0.0
+        end, alpha = self.end, 0.0
         try:
             if self.through is not None:
                 alpha = turn_through(start, np.array(self.through, dtype=float), end)
@@ -220,44 +278,55 @@ class SideBySide(Shape):
     loops: tuple[tuple[OutlineSide, ...] | Circle, ...] = pydantic.Field(min_length=1)
     exterior: bool = False
 
-    def outline(self) -> Outline:
-        """The outline.
+    def outline(self, axial: bool = False) -> Outline:
+        """The outline; `axial`: ends of curves on x = 0 lie on an axis of revolution.
 
         Raises
         ------
         InputError
             If an arc does not exist, a side has no length, or sides cross or touch.
         """
-        return Outline(oriented(loops_of(self.loops), exterior=self.exterior), self.exterior)
+        loops = oriented(loops_of(self.loops, axial), exterior=self.exterior)
+        return Outline(loops, self.exterior)
 
 
-def loops_of(given: Sequence[Sequence[OutlineSide] | Circle]) -> list[list[Side]]:
+def loops_of(given: Sequence[Sequence[OutlineSide] | Circle], axial: bool) -> list[list[Side]]:
     """The sides of loops, or of circles.
 
     Raises
     ------
     InputError
-        If an arc does not exist, or a side has no length.
+        If an arc or a curve does not exist, or a side has no length.
     """
     return [
-        loop.loop() if isinstance(loop, Circle) else _loop(loop, number)
+        loop.loop() if isinstance(loop, Circle) else _loop(loop, number, axial)
         for number, loop in enumerate(given)
     ]
 
 
-def _loop(given: Sequence[OutlineSide], number: int) -> list[Side]:
+def _loop(given: Sequence[OutlineSide], number: int, axial: bool) -> list[Side]:
     if len(given) < 2:
+        if given and given[0].points is not None:
+            return given[0].curve(None, axial).sides(given[0].part)
         raise InputError(
-            f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius)"
+            f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius, or "
+            "points)"
         )
-    start = np.array(given[-1].to, dtype=float)
+    start, last = given[-1].end, given[-1].part
     sides: list[Side] = []
     for side in given:
-        if tuple(start) == side.to:
+        if side.points is not None:
+            pieces = side.curve(start, axial).sides(side.part)
+            if (pieces[0].start != start).any():  # the side before goes on straight
+                sides.append(Side(start, pieces[0].start, sides[-1].part if sides else last))
+        elif (start == side.end).all():
             raise InputError(
                 f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has "
                 f"no length"
             )
-        sides += side.sides_from(start)
+        else:
+            pieces = side.sides_from(start)
+        sides += pieces
         start = sides[-1].end
-    return sides
+    # what leads to the first point belongs to the last side
+    return sides[1:] + sides[:1] if sides[0].part != given[0].part else sides

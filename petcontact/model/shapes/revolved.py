@@ -66,5 +66,5 @@ class Revolved(Shape):
         start = start - (start @ along) * along
         start /= np.linalg.norm(start)
         frame = np.array([start, np.cross(along, start), along])
-        section = Outline(oriented(loops_of(self.loops)))
+        section = Outline(oriented(loops_of(self.loops, True)))
         return RevolvedSurface(section, np.array(self.centre), frame, math.radians(self.angle))

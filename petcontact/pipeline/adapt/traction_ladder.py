@@ -93,7 +93,7 @@ class Tractions(Strategy):
             zip(body.outline.sides, body.outline.offsets, strict=True)
         ):
             unseen = side.part in edges_on and not self._last
-            largest.append(side.length / UNSEEN if unseen else np.inf)
+            largest.append(side.whole / UNSEEN if unseen else np.inf)
             edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
             pressing = self._pressing_sizes(number, k, edges, level)
             if not edges:
