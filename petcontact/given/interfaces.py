@@ -86,6 +86,10 @@ class PosedInterface:
         Whether the primary is the secondary moved along.
     is_condition : bool
         Whether it is the boundary condition of its part, and not a pair.
+    contact : str, optional
+        Name of the contact of several parts to which it belongs.
+    choice : int
+        Number of its primary among those of that contact.
     """
 
     name: str
@@ -99,6 +103,13 @@ class PosedInterface:
     laws: tuple[Law, ...]
     periodic: bool = False
     is_condition: bool = False
+    contact: str | None = None
+    choice: int = 0
+
+    @property
+    def group(self) -> str:
+        """Name of the contact to which it belongs, its own where it is one by itself."""
+        return self.contact or self.name
 
     @property
     def preloaded(self) -> bool:

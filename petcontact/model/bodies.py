@@ -3,7 +3,7 @@ parts that may touch."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import pydantic
 
@@ -307,8 +307,30 @@ class Body(Model):
         return next((c for c in self.boundary if c.part == part), None)
 
 
+def _name_or_names(value: Any) -> Any:
+    """One check instead of a union, whose report would name every branch."""
+    if isinstance(value, (list, tuple)) and value and all(isinstance(one, str) for one in value):
+        return tuple(value)
+    if not isinstance(value, str):
+        raise InputError("must be a name or a list of names")
+    return value
+
+
+NameOrNames = Annotated[str | tuple[str, ...], pydantic.BeforeValidator(_name_or_names)]
+
+
+def names_of(names: str | tuple[str, ...]) -> tuple[str, ...]:
+    """The names in one key, which may be one or several."""
+    return (names,) if isinstance(names, str) else names
+
+
+def part_name(contact: str, secondary: str, primary: str) -> str:
+    """What one secondary with one primary of a contact of several parts is called in results."""
+    return f"{contact}: {primary} on {secondary}"
+
+
 class Pair(Model):
-    """Two parts that may touch.
+    """Two parts that may touch, or several, of which each node takes the one that it meets first.
 
     In a config::
 
@@ -322,10 +344,11 @@ class Pair(Model):
     ----------
     name : str
         Name of the pair.
-    secondary : str
+    secondary : str or list of str
         "body.part": the side whose nodes are collocated; pressure and shear live there.
-    primary : str
-        "body.part", or the name of an obstacle.
+    primary : str or list of str
+        "body.part", or the name of an obstacle. Of several each node takes the one that it meets
+        first, the nearest along the direction; results tell each part's share of the force.
     normal : {"unilateral", "bilateral", "bonded"}
         Unilateral contact may open, bilateral contact stays closed and may slip, bonded contact
         does neither.
@@ -356,8 +379,8 @@ class Pair(Model):
     """
 
     name: Name
-    secondary: str
-    primary: str
+    secondary: NameOrNames
+    primary: NameOrNames
     normal: Normal = "unilateral"
     gap: ExpressionOrPoints = "geometry"
     direction: Annotated[tuple[Finite, ...], Vector, Directed] | None = None
@@ -372,4 +395,19 @@ class Pair(Model):
     @pydantic.model_validator(mode="after")
     def _keys_fit_normal(self) -> Pair:
         check_law(self)
+        for key in ("secondary", "primary"):
+            names = names_of(getattr(self, key))
+            for name in names:
+                if names.count(name) > 1:
+                    raise InputError(f"{key}: {name!r} is named twice; name each part once")
+        if self.has_several and self.preload is not None:
+            raise InputError(
+                "preload: is of one secondary and one primary; give each pair that has one a "
+                "[[contact]] of its own"
+            )
         return self
+
+    @property
+    def has_several(self) -> bool:
+        """Whether one of its sides has several parts."""
+        return len(names_of(self.secondary)) * len(names_of(self.primary)) > 1

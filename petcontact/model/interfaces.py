@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import scipy
 
 from ..arrays import Array
 from ..errors import InputError
+from ..geometry.outline import Outline
+from ..geometry.surface import Boundary
 from ..given import splines  # noqa: F401 (it registers a kind of datum)
 from ..given.interfaces import FRICTION, PLACED, Law, PosedInterface
 from ..given.values import Given, as_given
 from ..runtime.hints import demand_name
-from .bodies import Contact, Periodic
+from .bodies import Contact, Pair, Periodic, names_of, part_name
+from .summary import value_text
 
 
 def posed_interfaces(problem: Any) -> tuple[PosedInterface, ...]:
@@ -26,14 +31,15 @@ def posed_interfaces(problem: Any) -> tuple[PosedInterface, ...]:
         If a step changes a contact that there is not, or gives it what it cannot take.
     """
     interfaces = [*_conditions(problem), *_pairs(problem)]
-    names, changes = [side.name for side in interfaces if not side.periodic], dict[str, list[Any]]()
+    names = list(dict.fromkeys(side.group for side in interfaces if not side.periodic))
+    changes = dict[str, list[Any]]()
     for s, step in enumerate(problem.step):
         for k, change in enumerate(step.contact):
             key = f"step[{s}].contact[{k}]"
             demand_name(f"{key}.name: no contact", change.name, names, "contacts are")
             changes.setdefault(change.name, []).append((s, key, change))
     count = max(1, len(problem.step))
-    return tuple(_in_steps(side, changes.get(side.name, []), count) for side in interfaces)
+    return tuple(_in_steps(side, changes.get(side.group, []), count) for side in interfaces)
 
 
 def _in_steps(
@@ -108,21 +114,104 @@ def _conditions(problem: Any) -> list[PosedInterface]:
 
 
 def _pairs(problem: Any) -> list[PosedInterface]:
-    interfaces, obstacles = [], [o.name for o in problem.obstacle]
+    return [
+        _pair(problem, k, pair, secondary, choice)
+        for k, pair in enumerate(problem.contact)
+        for secondary in names_of(pair.secondary)
+        for choice in range(len(names_of(pair.primary)))
+    ]
+
+
+def check_pairs(problem: Any) -> None:
+    """Refuse a part that meets itself or another one twice, and obstacles that none can choose.
+
+    Raises
+    ------
+    InputError
+    """
+    stated, obstacles = dict[frozenset[object], str](), [o.name for o in problem.obstacle]
     for k, pair in enumerate(problem.contact):
-        key, along = f"contact[{k}]", pair.direction
-        body, part = problem.side(f"{key}.secondary", pair.secondary)
-        rigid = pair.primary in obstacles
-        obstacle = obstacles.index(pair.primary) if rigid else None
-        primary = None if rigid else problem.side(f"{key}.primary", pair.primary, obstacles)
-        direction = None if along is None else np.array(along) / np.linalg.norm(along)
-        law = _law(key, pair)
-        if obstacle is not None and law.gap is None and law.normal == "unilateral":
-            law = replace(law, gap=_distance(problem, obstacle, f"{key}.gap", direction))
-        interfaces.append(
-            PosedInterface(pair.name, key, body, part, primary, obstacle, law, direction, ())
+        for own, other in itertools.product(names_of(pair.secondary), names_of(pair.primary)):
+            secondary, primary = problem.side(f"contact[{k}].secondary", own), other
+            if primary not in obstacles:
+                primary = problem.side(f"contact[{k}].primary", other, obstacles)
+            if secondary == primary:
+                raise InputError(f"contact[{k}].primary: {other!r} is the secondary side itself")
+            name = part_name(pair.name, own, other)
+            first = stated.setdefault(frozenset((secondary, primary)), name)
+            if first != name:
+                raise InputError(
+                    f"contact[{k}]: {own!r} and {other!r} are in contact already, "
+                    f"as {first.partition(': ')[0]!r}; each would carry a part of the pressure"
+                )
+        _check_choice(f"contact[{k}]", pair, problem.obstacle)
+
+
+def _check_choice(key: str, pair: Pair, obstacles: Sequence[Any]) -> None:
+    """Refuse an obstacle among several primaries that nodes cannot choose by its distance."""
+    among = [o for o in obstacles if o.name in names_of(pair.primary)]
+    for obstacle in among if len(names_of(pair.primary)) > 1 else ():
+        if obstacle.shape is None:
+            raise InputError(
+                f"{key}.primary: obstacle {obstacle.name!r} has no shape, so that every node would "
+                f"meet it; of several primaries an obstacle needs one, as in shape = 'circle'"
+            )
+        for name, allowed in (("gap", "geometry"), ("normal", "unilateral")):
+            if (given := getattr(pair, name)) != allowed:
+                raise InputError(
+                    f"{key}.{name}: several primaries with an obstacle take {allowed!r} only, "
+                    f"got {value_text(given)}; give each pair a [[contact]] of its own"
+                )
+
+
+def _pair(problem: Any, k: int, pair: Pair, secondary: str, choice: int) -> PosedInterface:
+    """The interface of one secondary part with one primary of a contact."""
+    key, along, several = f"contact[{k}]", pair.direction, pair.has_several
+    other, obstacles = names_of(pair.primary)[choice], [o.name for o in problem.obstacle]
+    body, part = problem.side(f"{key}.secondary", secondary)
+    rigid = other in obstacles
+    obstacle = obstacles.index(other) if rigid else None
+    primary = None if rigid else problem.side(f"{key}.primary", other, obstacles)
+    direction = None if along is None else np.array(along) / np.linalg.norm(along)
+    law = _law(key, pair)
+    if obstacle is not None and law.gap is None and law.normal == "unilateral":
+        law = replace(law, gap=_distance(problem, obstacle, f"{key}.gap", direction))
+    name = part_name(pair.name, secondary, other) if several else pair.name
+    posed = PosedInterface(name, key, body, part, primary, obstacle, law, direction, ())
+    return replace(posed, contact=pair.name, choice=choice) if several else posed
+
+
+def within_reach(
+    interfaces: Iterable[PosedInterface], boundaries: Sequence[Boundary]
+) -> Iterator[PosedInterface]:
+    """Yield the interfaces, of a contact of several parts those that may touch.
+
+    A secondary part leaves out a plane part that lies farther away than the nearest one by more
+    than its own size: small displacements do not reach over that.
+    """
+    for _, group in itertools.groupby(interfaces, lambda side: (side.group, side.ends[0])):
+        sides = list(group)
+        apart = [_apart(side, boundaries) for side in sides]
+        nearest = min(distance for distance, _ in apart)
+        yield from (
+            side
+            for side, (distance, size) in zip(sides, apart, strict=True)
+            if not distance > nearest + size
         )
-    return interfaces
+
+
+def _apart(side: PosedInterface, boundaries: Sequence[Boundary]) -> tuple[float, float]:
+    """The distance of two plane parts, 0 of others, and the size of the secondary [length]."""
+    points = [
+        np.array([s.point(np.linspace(0.0, 1.0, 9)) for s in outline.sides if s.part == part])
+        for outline, part in ((boundaries[b], part) for b, part in side.ends)
+        if isinstance(outline, Outline)
+    ]
+    if len(points) < 2 or not all(map(len, points)):  # a part that does not exist is refused later
+        return 0.0, 0.0
+    own, other = (each.reshape(-1, 2) for each in points)
+    size = float(np.linalg.norm(np.ptp(own, axis=0)))
+    return float(scipy.spatial.distance.cdist(own, other).min()), size
 
 
 def _distance(problem: Any, number: int, key: str, direction: Array | None) -> Given | None:

@@ -4,8 +4,8 @@ a spelling of it."""
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Mapping, Sequence
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 import pydantic
@@ -37,7 +37,7 @@ from .bodies import (
     Traction,
 )
 from .cycle import Cycle, check_cycle
-from .interfaces import posed_interfaces
+from .interfaces import check_pairs, posed_interfaces, within_reach
 from .load_steps import Step, changed_condition, changed_obstacles, check_step
 from .loads import PointForce, VolumeLoads, check_material
 from .obstacles import Obstacle
@@ -266,23 +266,7 @@ class Problem(Setting):
         bodies, obstacles = [body.name for body in self.body], [o.name for o in self.obstacle]
         for name in set(bodies) & set(obstacles):
             raise ValueError(f"obstacle: the name {name!r} is that of a body already")
-        stated = dict[frozenset[object], str]()
-        for k, pair in enumerate(self.contact):
-            secondary = self.side(f"contact[{k}].secondary", pair.secondary)
-            primary: object = pair.primary
-            if primary not in obstacles:
-                primary = self.side(f"contact[{k}].primary", pair.primary, obstacles)
-            if secondary == primary:
-                raise InputError(
-                    f"contact[{k}].primary: {pair.primary!r} is the secondary side itself"
-                )
-            first = stated.setdefault(frozenset((secondary, primary)), pair.name)
-            if first != pair.name:
-                raise InputError(
-                    f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact "
-                    f"already, "
-                    f"as {first!r}; each would carry a part of the pressure"
-                )
+        check_pairs(self)
         for k, body in enumerate(self.body):
             if body.loads is not None:
                 check_material("loads" if self.is_flat else f"body[{k}].loads", body, body.loads)
@@ -368,12 +352,15 @@ class Problem(Setting):
         """The obstacles before the first step and at the end of each; a problem without steps has
         one."""
         steps = self.step or (Step(),)
-        return list(accumulate(steps, changed_obstacles, initial=list(self.obstacle)))
+        return list(itertools.accumulate(steps, changed_obstacles, initial=list(self.obstacle)))
 
     @functools.cached_property
     def interfaces(self) -> tuple[PosedInterface, ...]:
         """Which parts may touch: contact conditions, then contact pairs."""
-        return posed_interfaces(self)
+        interfaces = posed_interfaces(self)
+        if not any(side.contact for side in interfaces):
+            return interfaces
+        return tuple(within_reach(interfaces, self.boundaries))
 
     @functools.cached_property
     def posed(self) -> Posed:

@@ -7,7 +7,7 @@ from typing import Any
 from ..given.conditions import Condition
 from ..given.interfaces import Law
 from ..given.values import Given
-from .bodies import Body, Contact, Pair
+from .bodies import Body, Contact, Pair, names_of
 
 
 def summary(problem: Any) -> list[tuple[str, str]]:
@@ -24,8 +24,9 @@ def summary(problem: Any) -> list[tuple[str, str]]:
         ]
         rows.append((f"obstacle {obstacle.name}", ", ".join(given) or "fixed"))
     rows += [
-        (f"contact {pair.name}", f"{pair.secondary} on {pair.primary}, {law_text(pair)}")
+        (f"contact {pair.name}", f"{on}, {law_text(pair)}")
         for pair in problem.contact
+        for on in [" on ".join(map(", ".join, map(names_of, (pair.secondary, pair.primary))))]
     ]
     for k, step in enumerate(problem.step, 1):
         changed = [

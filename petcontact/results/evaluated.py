@@ -149,7 +149,12 @@ class Evaluated:
     @property
     def primaries(self) -> dict[str, str]:
         """body.part of the primary side of each interface between bodies."""
-        return {pair.name: pair.primary for pair in self.problem.contact if "." in pair.primary}
+        names = [body.name for body in self.posed.bodies]
+        return {
+            side.name: f"{names[side.primary[0]]}.{side.primary[1]}"
+            for side in self.posed.interfaces
+            if side.primary is not None and not side.is_condition
+        }
 
     @functools.cached_property
     def volume_solutions(self) -> dict[str, VolumeSolution | None]:

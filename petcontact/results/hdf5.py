@@ -46,6 +46,7 @@ STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Of an interface what no increment changes: stored once, by several names."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
 ERRORS = ("pressure_error", "sigma_t_error")
+MAY_BE = ("wear", "primary")
 RESULTANTS = (
     "force",
     "moment",
@@ -55,6 +56,8 @@ RESULTANTS = (
     "moment_primary",
     "overlap",
 )
+JOINED = "parts"
+"""Attribute of a contact of several parts: its pairs, which stand beside it."""
 PLACES = ("displacement", "rotation", "force", "moment")
 TEXT = h5py.h5t.py_create(h5py.string_dtype(), logical=True)
 """Text of any length in UTF-8."""
@@ -216,9 +219,10 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
     for name, pair in step.pairs.items():
         folder = _ordered(place, f"contact/{name}")
         still = {key: group[f"pairs/{name}/{key}"] for key in STILL}
-        _put(folder, still | _values(pair, (*MOVING, *ERRORS, "wear")))
+        _put(folder, still | _values(pair, (*MOVING, *ERRORS, *MAY_BE)))
         worn = ("worn_volume", "worn_depth") if pair.wear is not None else ()
         _put(folder.attrs, _values(pair, (*RESULTANTS, "area", "imbalance", *worn)))
+    _write_joined(place, solution, step)
     for name, body in step.bodies.items():
         still = {key: group[f"bodies/{name}/{key}"] for key in ("x", "normal", "weight", "part")}
         inside = solution.body_fields(name, step).known
@@ -227,6 +231,17 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
         _put(_ordered(place, f"body/{name}"), still | fields)
     for name, obstacle in step.obstacles.items():
         _put(_ordered(place, f"obstacle/{name}").attrs, _values(obstacle, PLACES))
+
+
+def _write_joined(place: Any, solution: SolutionData, step: StepResult) -> None:
+    """Write each contact of several parts as a whole, beside its pairs."""
+    groups = dict.fromkeys(side.contact for side in solution.posed.interfaces if side.contact)
+    for name in groups if step.pairs else ():
+        pair, folder = step.pairs[name], _ordered(place, f"contact/{name}")
+        shares = step.shares_of(name, axial=solution.posed.axial)
+        _put(folder, _values(pair, (*STILL, *MOVING, *MAY_BE)))
+        _put(folder.attrs, _values(pair, (*RESULTANTS, "area")))
+        folder.attrs.update({JOINED: list(shares), "shares": list(shares.values())})
 
 
 def _write_one_body(group: Any, solution: SolutionData) -> None:
@@ -367,12 +382,13 @@ def _read_step(place: Any, history: History) -> StepResult:
         name: PairResult(
             **{key: folder[key][()] for key in (*STILL, *MOVING)},
             **{key: folder.attrs[key] for key in RESULTANTS if key in folder.attrs},
-            wear=folder["wear"][()] if "wear" in folder else None,
+            **{key: folder[key][()] for key in MAY_BE if key in folder},
             errors=functools.partial(tuple, [folder[key][()] for key in ERRORS])
             if ERRORS[0] in folder
             else None,
         )
         for name, folder in place.get("contact", {}).items()
+        if JOINED not in folder.attrs
     }
     bodies = {
         name: BodyResult(folder["u"][()], folder["traction"][()])

@@ -16,6 +16,7 @@ from ..contact.state import History
 from ..geometry.rotation import Axial, moment
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..runtime.hints import Named
+from .joined import Pairs, shares
 from .report import Finding
 
 
@@ -64,6 +65,9 @@ class PairResult:
     overlap : float
         The largest overlap that the parts were given by an interference and a preload, less the
         clearance [length].
+    primary : (m,) array, optional
+        Of a contact of several parts: which of its primaries a node meets, from 0; -1 where it
+        meets another one first, or none.
     """
 
     x: Array
@@ -87,6 +91,7 @@ class PairResult:
     wear: Array | None = None
     errors: Callable[[], tuple[Array, Array]] | None = None
     overlap: float = 0.0
+    primary: Index | None = None
 
     @functools.cached_property
     def _errors(self) -> tuple[Array, Array] | tuple[None, None]:
@@ -212,6 +217,8 @@ class StepResult:
         normal, tangential, balance, elastic, equilibrium, elimination, overlap [-]; between,
         displaced: the deepest overlap between nodes and what tractions displace there [length].
     pairs, bodies, obstacles : dicts by name
+        Of a contact of several parts the pairs are "contact: primary on secondary"; its own name
+        gives all of it.
     alpha : (r,) array
         Rigid motions of the bodies.
     rho : float
@@ -247,13 +254,22 @@ class StepResult:
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("pairs", "bodies", "obstacles"):
-            object.__setattr__(self, name, Named(getattr(self, name)))
+        for name, kind in (("pairs", Pairs), ("bodies", Named), ("obstacles", Named)):
+            object.__setattr__(self, name, kind(getattr(self, name)))
 
     @property
     def title(self) -> str:
         """Name of the step, and of a step of a cycle which one it is."""
         return f"{self.name}, cycle {self.cycle}" if self.cycle else self.name
+
+    def shares_of(self, contact: str, *, axial: bool = False) -> dict[str, float]:
+        """The share of the force of a contact of several parts that each pair carries [-].
+
+        It is along the whole force, with `axial` along the axis, by "primary on secondary".
+        """
+        parts: dict[str, PairResult] = Pairs(self.pairs).parts_of(contact)
+        found = shares(parts, axial=axial)
+        return {name.removeprefix(f"{contact}: "): share for name, share in found.items()}
 
     @property
     def shares(self) -> dict[int, float]:

@@ -139,8 +139,12 @@ def check_distances(
 ) -> list[Finding]:
     """Find interfaces with large initial gaps or overlaps; an overlap of a whole body is
     refused."""
-    findings = []
+    findings, least = [], dict[str, float]()
     for posed, distance in zip(interfaces, distances, strict=True):
+        least[posed.group] = min(least.get(posed.group, np.inf), distance)
+    for posed, distance in zip(interfaces, distances, strict=True):
+        if distance > max(0.0, least[posed.group]):
+            continue  # another one of several parts is nearer
         size = min(boundaries[number].diameter for number in posed.bodies)
         kind = "through" if -distance > limit_of("through") * size else "far apart"
         if np.isfinite(distance) and abs(distance) > limit_of(kind) * size:

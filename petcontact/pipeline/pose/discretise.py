@@ -30,7 +30,14 @@ from ...results.report import Finding
 from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
 from ..judge.findings import new_finding, refuse
 from ..judge.meshes import check_distances, check_meshes, check_stiffness, too_long_to_bend
-from .facing import contact_interface, facing_of, mismatch, periodic_interface
+from .facing import (
+    contact_interface,
+    facings_of,
+    mismatch,
+    nearest_only,
+    periodic_interface,
+    untouched,
+)
 from .interfaces import body_alone, check_parts
 from .laws import Laws, laws_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
@@ -178,11 +185,7 @@ def discretise(
             meshes[0].components - problem.holds_normals,
         )
     refuse(check_stiffness(problem.posed))
-    facings = (
-        [facing_of(interface, meshes) for interface in problem.interfaces]
-        if like is None
-        else like.facings
-    )
+    facings = facings_of(problem.interfaces, meshes) if like is None else like.facings
     interfaces, distance, findings = _on_meshes(problem, meshes, facings)
     findings += check_distances(problem.interfaces, boundaries, distance)
     refuse(findings)
@@ -230,7 +233,8 @@ def _on_meshes(
         interfaces.append(made[0])
         distance.append(made[1])
         findings += made[2]
-    return interfaces, distance, findings
+    interfaces = nearest_only(problem.interfaces, interfaces)
+    return interfaces, distance, [*findings, *untouched(problem.interfaces, interfaces)]
 
 
 def _law_and_data(

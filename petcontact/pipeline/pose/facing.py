@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -50,13 +52,62 @@ def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None
     if side.primary is None:
         return None
     b, part = side.primary
-    facing = face(mesh, side.part, meshes[b], part, direction)
-    if side.law.normal != "unilateral" and not facing.met.any():
-        raise InputError(
-            f"{side.key}: no node of the secondary faces the primary along its normals; "
-            f"faces of a {side.law.normal} contact must meet"
-        )
-    return facing
+    return face(mesh, side.part, meshes[b], part, direction)
+
+
+def facings_of(sides: Sequence[PosedInterface], meshes: list[BoundaryMesh]) -> list[Facing | None]:
+    """Return how the secondary of each interface lies opposite its primary, see `facing_of`.
+
+    Raises
+    ------
+    InputError
+        If the two sides of a contact that cannot open do not meet.
+    """
+    facings = [facing_of(side, meshes) for side in sides]
+    meeting = {
+        side.group
+        for side, facing in zip(sides, facings, strict=True)
+        if facing is None or facing.met.any()
+    }
+    for side in sides:
+        if side.law.normal != "unilateral" and side.group not in meeting:
+            raise InputError(
+                f"{side.key}: no node of the secondary faces the primary along its normals; "
+                f"faces of a {side.law.normal} contact must meet"
+            )
+    return facings
+
+
+def nearest_only(
+    sides: Sequence[PosedInterface], interfaces: Sequence[Interface]
+) -> list[Interface]:
+    """Return the interfaces, of several primaries with the nodes that meet this one first.
+
+    The others face nothing there.
+    """
+    result = list[Interface]()
+    pairs = zip(sides, interfaces, strict=True)
+    for _, group in itertools.groupby(pairs, lambda pair: (pair[0].group, pair[0].ends[0])):
+        faces = [interface for _, interface in group]
+        apart = np.array([f.gap if f.distance is None else f.distance for f in faces])
+        for k, own in enumerate(faces) if len(faces) > 1 else ():
+            lost = apart.argmin(axis=0) != k
+            distance = None if own.distance is None else np.where(lost, np.inf, own.distance)
+            faces[k] = replace(own, gap=np.where(lost, np.inf, own.gap), distance=distance)
+        result += faces
+    return result
+
+
+def untouched(
+    sides: Sequence[PosedInterface], interfaces: Sequence[Interface]
+) -> Iterator[Finding]:
+    """Yield a finding for each contact of which no node faces a primary."""
+    met = dict[str, bool]()
+    for side, own in zip(sides, interfaces, strict=True):
+        met[side.group] = met.get(side.group, False) or bool(np.isfinite(own.gap).any())
+    for name in [name for name, any_met in met.items() if not any_met]:
+        text = "no node of the secondary faces the primary along its normals: they never touch"
+        yield new_finding("facing", text, f"pair {name!r}")
 
 
 def mismatch(side: PosedInterface, facing: Facing | None) -> list[Finding]:
@@ -83,7 +134,7 @@ def contact_interface(
 ) -> tuple[Interface, float, list[Finding]]:
     """Return an interface on meshes, its smallest distance or gap [length], and findings.
 
-    A finding says that the interface never touches, or that the obstacle fits a curved part.
+    A finding says that the obstacle fits a curved part, or that the parts are not closed.
     """
     mesh, law = meshes[side.body], side.law
     nodes = mesh.nodes_of(side.part)
@@ -124,7 +175,7 @@ def _overlap(law: Law, sites: Sites) -> Array:
 def _findings(
     side: PosedInterface, mesh: BoundaryMesh, facing: Facing | None, met: Mask
 ) -> Iterator[Finding]:
-    """Find parts that never touch, what an obstacle without a gap fits, and gaps that do not count.
+    """Find what an obstacle without a gap fits, and gaps that do not count.
 
     Faces that lie across an axis may well lie on a flat obstacle.
     """
@@ -138,9 +189,8 @@ def _findings(
         advice = f"give smooth = {2.0 * noise:.1g}"
         yield new_finding("noise", text, where, advice=advice, measured=share)
     if not met.any():
-        text = "no node of the secondary faces the primary along its normals: they never touch"
-        yield new_finding("facing", text, where)
-    elif facing is None:
+        return
+    if facing is None:
         normal = mesh.smooth_normal[mesh.nodes_of(side.part)]
         bent = np.linalg.norm(np.ptp(normal, axis=0)) > SINGLE
         across = np.abs(normal).max(axis=1).min() > 1.0 - SINGLE

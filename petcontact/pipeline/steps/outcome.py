@@ -15,6 +15,7 @@ from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_re
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial
+from ...given.interfaces import Law
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ...results.report import Finding
 from ...round_off import HALF
@@ -296,7 +297,7 @@ def _pair(
     """
     problem, system = increment.problem, increment.problem.system
     where, face, d = system.slices[number], system.interfaces[number], system.components
-    (x, weight, arc_length), law = problem.contact_nodes[number], problem.discrete.sides[number].law
+    (x, weight, arc_length), side = problem.contact_nodes[number], problem.discrete.sides[number]
     sigma, v, states = outcome.sigma[where], outcome.v[where], outcome.states[where]
     sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
     if face.held:
@@ -305,7 +306,6 @@ def _pair(
         sigma_n, open_by = sigma[:, -1], -v[:, -1]
     pressure = 0.0 - sigma_n
     traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.across
-    shares = None if law.wear_coefficient is None else [law.wear_share, 1.0 - law.wear_share]
     return PairResult(
         x,
         face.normal,
@@ -324,10 +324,18 @@ def _pair(
         float(weight @ of_nodes[:, 1]),
         float(weight @ of_nodes[:, 2]),
         *_on_primary(increment, face, traction),
-        None if shares is None else after.worn[where, None] * shares,
+        _worn(side.law, after.worn[where]),
         functools.partial(problem.errors[number], pressure, sigma_t, states),
         _overlap(increment, after, face),
+        None if side.contact is None else np.where(np.isfinite(face.gap), side.choice, -1),
     )
+
+
+def _worn(law: Law, depth: Array) -> Array | None:
+    """Return the worn depths (m, 2) of secondary and primary; None where nothing wears."""
+    if law.wear_coefficient is None:
+        return None
+    return depth[:, None] * [law.wear_share, 1.0 - law.wear_share]
 
 
 def _overlap(increment: Increment, after: IncrementState, face: Interface) -> float:

@@ -283,7 +283,7 @@ def contact_normals(solution: SolutionData, body: str) -> list[Array]:
     contact, or anywhere."""
     result, primary = (
         [],
-        {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact},
+        {name: side.partition(".")[0] for name, side in solution.primaries.items()},
     )
     for name, pair in solution.pairs.items():
         closed = (

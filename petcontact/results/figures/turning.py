@@ -153,7 +153,7 @@ def _apart(solution: SolutionData) -> dict[str, list[float]]:
     """
     names, primary = (
         list(solution.meshes),
-        {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact},
+        {name: side.partition(".")[0] for name, side in solution.primaries.items()},
     )
     rows, motions = [np.ones(len(names))], [np.zeros(3)]
     for name, pair in solution.pairs.items():

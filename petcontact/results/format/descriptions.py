@@ -27,6 +27,7 @@ FIELDS = {
     "nodes": ("1", "numbers of the nodes among those of the body"),
     "step": ("1", "number of the step, from 1"),
     "wear": ("length", "worn depth of the secondary and of the primary"),
+    "primary": ("1", "which of several primaries a node meets, from 0; -1 where none of these"),
     "cycle": ("1", "cycles that are done"),
     "depth": ("length", "worn depth of both sides together"),
     "largest_depth": ("length", "the largest of them"),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
+import operator
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -13,7 +16,7 @@ from ...model.problem import ONE_BODY
 from ...model.summary import value_text
 from ...round_off import WRITTEN
 from ...runtime.terminal import printable
-from ..number import ENERGY
+from ..number import ENERGY, Number
 from ..numbers import maximum
 from ..records import PairResult, StepResult
 from .teller import AXIAL, Teller, label
@@ -34,14 +37,38 @@ def pair_lines(tell: Teller) -> list[str]:
     lines, ends = list[str](), tell.ends
     there = ends[-1].pairs if ends else {}
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
-    for posed in (each for each in tell.solution.posed.interfaces if each.name in there):
+    told = shown if tell.verbose else ends[-1:]
+    sides = [each for each in tell.solution.posed.interfaces if each.name in there]
+    for _, group in itertools.groupby(sides, lambda each: each.group):
+        posed, *others = group
+        if others:
+            lines += _several(tell, [posed, *others], told)
+            continue
         lines += wrapped(f"  {printable(posed.name)}: ", [*_sides(tell, posed), *law_words(posed)])
         several = len(ends) > 1 and posed.law.normal != "bonded"
         lines += _table(tell, posed, shown) if several else []
-        for step in shown if tell.verbose else ends[-1:]:
+        for step in told:
             lines += _items(tell, step, posed, in_table=several and not tell.verbose)
     left = len(ends) - len(shown)
     return [*lines, *[f"  ... {left} more steps: petcontact show FILE --json"] * bool(left)]
+
+
+def _several(tell: Teller, sides: Sequence[Any], steps: Sequence[StepResult]) -> list[str]:
+    """Of a contact of several parts its law, and a table of what each pair carries."""
+    contact = sides[0].group
+    lines = wrapped(f"  {printable(contact)}: ", [f"{len(sides)} pairs", *law_words(sides[0])])
+    for step in steps:
+        lines += [f"    after {label(step)}"] * (len(tell.ends) > 1)
+        shares = step.shares_of(contact, axial=tell.axial)
+        names = ("force", "largest p", "contact area", "largest slip")
+        of_names = [_column(tell, [tell.get(step, s.name, n) for s in sides], n) for n in names]
+        columns = {"primary on secondary": list(map(printable, shares))} | of_names[0]
+        columns["share"] = [f"{100.0 * share:.4g} %" for share in shares.values()]
+        lines += table(functools.reduce(operator.or_, of_names[1:], columns))
+        for side in sides:
+            items = list(_defects(step.pairs[side.name], tell, side.law))
+            lines += wrapped(f"    {printable(side.name)}: ", items) if items else []
+    return lines
 
 
 def _items(tell: Teller, step: StepResult, posed: Any, *, in_table: bool) -> list[str]:
@@ -109,28 +136,33 @@ def _table(tell: Teller, posed: Any, steps: Sequence[StepResult]) -> list[str]:
     cycles, rubs = any(step.cycle for step in steps), _rubs(posed.law)
     areas = [_shares(tell, step, posed) for step in steps]
     after = [f" ({step.cycle})" * cycles for step in steps]
+    column = functools.partial(_over_steps, tell, posed, steps)
     columns = {
         "step": [
             f"{step.step} {printable(step.name)[:12]}{cycle}"
             for step, cycle in zip(steps, after, strict=True)
         ],
-        **_column(tell, posed, steps, "force"),
-        **(_column(tell, posed, steps, "moment") if tell.axial or tell.verbose else {}),
-        **_column(tell, posed, steps, "largest p"),
+        **column("force"),
+        **(column("moment") if tell.axial or tell.verbose else {}),
+        **column("largest p"),
         "closed": [area[0] for area in areas],
         "slips": [area[1] for area in areas if rubs],
         "used": [area[2] for area in areas if rubs],
-        **(_column(tell, posed, steps, ENERGY) if rubs else {}),
-        **(_column(tell, posed, steps, "largest slip") if rubs else {}),
+        **(column(ENERGY) if rubs else {}),
+        **(column("largest slip") if rubs else {}),
     }
     return table({heading: cells for heading, cells in columns.items() if any(cells)})
 
 
-def _column(
+def _over_steps(
     tell: Teller, posed: Any, steps: Sequence[StepResult], name: str
 ) -> dict[str, list[str]]:
     """A number after steps, by its heading; nothing where all are 0."""
-    numbers = [tell.get(step, posed.name, name) for step in steps]
+    return _column(tell, [tell.get(step, posed.name, name) for step in steps], name)
+
+
+def _column(tell: Teller, numbers: Sequence[Number | None], name: str) -> dict[str, list[str]]:
+    """Numbers of one name by their heading; nothing where all are 0."""
     known = [number for number in numbers if number is not None]
     heading = AXIAL.get(name, name) if tell.axial else HEADINGS.get(name, name)
     unit = tell.unit(known[0].unit) if known else ""
@@ -228,7 +260,7 @@ def _defects(pair: PairResult, tell: Teller, law: Any) -> Iterator[str]:
     residuals tell, too."""
     closed, p = pair.state != OPEN, pair.pressure
     count, faced = np.count_nonzero(closed), np.isfinite(pair.gap)
-    if 0 < count < min(len(p), FEW ** pair.tangent.shape[1] + 1):
+    if 0 < count < min(np.count_nonzero(faced), FEW ** pair.tangent.shape[1] + 1):
         yield f"ONLY {count} of {len(p)} nodes closed: p is not resolved, refine the mesh there"
     if pair.tension_share > 0.0:
         most = f"{float(f'{-float(p.min()):.3g}'):g} {tell.unit('stress')}".strip()

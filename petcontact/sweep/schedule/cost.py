@@ -64,9 +64,7 @@ def estimate(case: Problem, ranks: int) -> Cost:
 def _of_body(case: Problem, number: int) -> Cost:
     body: Any = case.body[number]
     contact = {condition.part for condition in body.boundary if condition.condition == "contact"}
-    contact |= {
-        side.split(".")[-1] for pair in case.contact for side in (pair.secondary, pair.primary)
-    }
+    contact |= {part for side in case.interfaces for _, part in side.ends}
     mesh = mesh_of(case.posed.bodies[number], case.outline(number))
     n, unknowns = mesh.n_nodes, mesh.components * mesh.n_nodes
     m = (mesh.components - 1) * int(
