@@ -12,6 +12,7 @@ import textwrap
 
 from ..errors import InputError
 from .options import option, options
+from .parsers import COMMANDS
 
 WIDTH = 80
 SHOWN = 6
@@ -122,17 +123,20 @@ def _found(words: str) -> str:
         If they stand nowhere.
     """
     from ..manual import places, summary, topics, vocabulary
-    from ..runtime.hints import SYNONYMS
+    from ..runtime.other_words import SAID, SYNONYMS
 
     chapters, keys = places(words), _keys(SYNONYMS.get(words, words))
     best = OTHER_WORDS.get(words.lower())
+    said = [SAID[words.lower()]] if words.lower() in SAID else []
+    said += [f"`petcontact {words} --help` lists its options"] if words in COMMANDS else []
     if words in SYNONYMS and keys:  # places of short words are parts of others
         return "\n".join(keys)
-    if not chapters and not keys and not best:
-        near = difflib.get_close_matches(words.lower(), [*topics(), *vocabulary()], n=1)
+    if not (chapters or keys or best or said):
+        near = difflib.get_close_matches(words.lower(), [*topics(), *vocabulary()], n=1, cutoff=0.8)
         hint = f", did you mean {near[0]!r}?" if near else f"; chapters: {', '.join(topics())}"
         raise InputError(f"help: no chapter {words!r}, and no line of any with it{hint}")
-    lines = [*keys, ""] if keys else []
+    lines = [*said, ""] if said else []
+    lines += [*keys, ""] if keys else []
     lines += [f"see `petcontact help {best}`: {summary(best)}", ""] if best else []
     for name, numbered in chapters.items():
         lines.append(f"{name} ({len(numbered)} line{'s' if len(numbered) > 1 else ''})")

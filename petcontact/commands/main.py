@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import atexit
 import contextlib
-import difflib
 import gc
 import importlib
 import math
@@ -13,10 +12,12 @@ import os
 import shlex
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 from .. import __version__
 from ..runtime.failures import guarded
+from ..runtime.hints import nearest
 from ..runtime.memory import check_address_space
 from ..runtime.mpi import shared
 from ..runtime.petsc import failure_comm, is_launched
@@ -116,11 +117,16 @@ def _parsed(arguments: Sequence[str]) -> tuple[str, argparse.Namespace, list[str
             sys.exit(2)
         if name.startswith("-"):
             parser.parse_all(ours)
-        near = difflib.get_close_matches(name, COMMANDS, n=1)
-        parser.error(f"unknown command {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
+        lacking = {".toml": "solve", ".h5": "show"}.get(Path(name).suffix)
+        whole = f", did you mean `petcontact {lacking} {name}`?" if lacking else ""
+        parser.error(f"unknown command {name!r}{whole or nearest(name, [*COMMANDS])}")
     if name in OF_ALL_RANKS:
         check_address_space()  # before NumPy, of which the same limit breaks the import anywhere
-    return name, parser_of(name)[1].parse_all(ours[1:]), theirs
+    command = parser_of(name)[1]
+    for word in theirs:
+        if f"-{word}" in command.options and word != "-help":
+            command.error(f"{word}: one dash is PETSc's, did you mean -{word}?")
+    return name, command.parse_all(ours[1:]), theirs
 
 
 def _module(name: str) -> Any:

@@ -40,6 +40,11 @@ BODY = option("--body", metavar="NAME", action="append", help="only this body; m
 CASE = option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 """Options that several of the commands share which read results."""
 TABLE = (".csv",), "a table is written as .csv"
+FILES = {
+    *(f".{kind}" for kind in FORMATS),
+    *(".csv", ".gif", ".h5", ".jpeg", ".jpg", ".toml", ".txt", ".vtk", ".vtu", ".xls", ".xlsx"),
+}
+"""Suffixes by which the name of a file is told from that of a folder."""
 FIGURE = [f".{kind}" for kind in FORMATS], "a figure is .png, .pdf or .svg"
 """Suffixes of files that commands write, and what is said of another one."""
 
@@ -89,6 +94,13 @@ def increment(word: str, count: int, last: int) -> int:
     if not (word.isascii() and word.isdigit() and 1 <= int(word) <= count):
         raise InputError(f"--step {word}: there are increments 1 to {count}, and `last`")
     return int(word)
+
+
+def check_folder(option: str, path: str | Path) -> None:
+    """Refuse a folder that is to be made and is named like a file, which stands in the middle of
+    what it was meant for."""
+    if Path(path).suffix.lower() in FILES and not Path(path).is_dir():
+        raise InputError(f"{option} {path}: a folder is expected, and this is the name of a file")
 
 
 def check_output(

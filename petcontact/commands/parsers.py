@@ -8,6 +8,8 @@ import re
 from collections.abc import Sequence
 from typing import NoReturn
 
+from ..runtime.other_words import SYNONYMS
+
 COMMANDS = {
     "init": "write a commented starter config",
     "mesh": "surfaces of a CAD file (STEP, IGES, BREP), and its mesh as a .msh file",
@@ -50,14 +52,29 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"petcontact: {message} (see {self.prog} --help)\n")
 
+    @property
+    def options(self) -> list[str]:
+        """The names of the options, with their dashes."""
+        return [*self._option_string_actions]
+
     def parse_all(self, arguments: Sequence[str]) -> argparse.Namespace:
         """Parse everything or end with exit status 2."""
         parsed, unknown = self.parse_known_args(arguments)
         if unknown:
             name = unknown[0].split("=")[0]
-            near = difflib.get_close_matches(name, self._option_string_actions, n=1)
+            near = difflib.get_close_matches(name, self.options, n=1, cutoff=0.7)
             self.error(
                 f"unknown {'option' if name.startswith('-') else 'argument'} {name}"
-                + (f", did you mean {near[0]}?" if near else "")
+                + (f", did you mean {near[0]}?" if near else self._elsewhere(name))
             )
         return parsed
+
+    def _elsewhere(self, name: str) -> str:
+        """Where it is said what some options of other programs say, or an option that is a key."""
+        from ..model.case import whole_key
+
+        if name in ("-n", "-np", "--np", "--ranks", "--cpus", "--cores", "--threads"):
+            return f"; ranks come from MPI: mpiexec -n 2 {self.prog} ..."
+        key = whole_key(SYNONYMS.get(word := name.strip("-").replace("-", "_"), word))
+        settable = "--set" in self.options and "." in key
+        return f"; --set {key}=VALUE gives it" if settable else ""

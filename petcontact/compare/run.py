@@ -63,7 +63,9 @@ def named_contenders(word: str) -> list[str]:
     named = of_rule or [name for name, keys in CONTENDERS.items() if keys["name"] == word]
     allowed = {key: None for keys in CONTENDERS.values() for key in keys.values()}
     if not named:
-        demand_name("--methods: no contender", word, [*allowed, *CONTENDERS], "they are")
+        demand_name(
+            "--methods: no contender", word, dict.fromkeys([*allowed, *CONTENDERS]), "they are"
+        )
     return named or [word]
 
 

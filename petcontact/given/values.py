@@ -18,6 +18,7 @@ import simpleeval
 
 from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
+from ..runtime.hints import nearest
 from .expressions import FUNCTIONS, parse_expression, plain_value, shown
 from .features import degree, features_of, uniform
 from .sites import Sites, Way
@@ -176,9 +177,8 @@ class Expression(Given):
                 "is 0.0"
             )
         allowed = "z is known in 3D only, 2D has x and y" if name == "z" else _allowed(sites)
-        return (
-            f"{self.key}: unknown name {shown(name)} in expression {shown(self.source)}; {allowed}"
-        )
+        hint = nearest(name, [*sites.names]) or f"; {allowed}"
+        return f"{self.key}: unknown name {shown(name)} in expression {shown(self.source)}{hint}"
 
     @property
     def degree(self) -> float:
@@ -244,7 +244,8 @@ class Nodal(Given):
     def values(self, sites: Sites) -> Array:
         if len(self.source) != len(sites):
             raise InputError(
-                f"{self.key}: has {len(self.source)} values, the part has {len(sites)} nodes"
+                f"{self.key}: has {len(self.source)} values, the part has {len(sites)} nodes; "
+                "an array is one value a node, a number or an expression holds everywhere"
             )
         return np.array(self.source)
 

@@ -13,8 +13,8 @@ import numpy as np
 from ..errors import InputError
 from ..given.tables.base import Model, parse
 from ..given.tables.solver_options import Bem, MeshOptions, Method
-from ..runtime.file_kinds import known_kind
-from ..runtime.hints import demand_name
+from ..runtime.file_kinds import known_kind, like
+from ..runtime.hints import NUMBER, demand_name, number_refused
 from .problem import OneBody, Problem
 from .variables import with_values
 
@@ -25,13 +25,19 @@ their square."""
 TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 """Strings and comments of TOML."""
 MEANT = (
+    (r"[“”„’‘]", 'a text stands in straight quotes, "..."'),
     (r"=\s*([-+]?\d+),(\d+)", "a decimal point, not a comma: {}.{}"),
-    (r"=\s*([-+]?[\d.]+)\s+[A-Za-zµ°%]", "a number has no unit here: {}; [units] names units"),
+    (r"=\s*([-+]?)\.(\d+)", "a digit stands before a decimal point: {}0.{}"),
+    (r"=\s*([-+]?\d+)\.(?!\d)(\w*)", "a digit stands after a decimal point: {}.0{}"),
+    (r"=\s*\(([^()]*)\)", "an array stands in brackets: [{}]"),
+    (r"=\s*([-+]?\d[\d.]*(?:,\s+[-+]?\d[\d.]*)+)", "an array stands in brackets: [{}]"),
+    (r"=\s*\[?.*\b(True|False)\b", "write true or false, not {}"),
+    (r"=.*\b(null|None|none|nil)\b", 'there is no {} in TOML; leave the key out, or write "free"'),
     (
         r"=\s*(?:\[(?:[^]]*,)?\s*)?(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w.-]*)",
         'a text needs quotes: "{}"',
     ),
-    ("Unclosed", "a bracket before this line is not closed"),
+    (r"=\s*([-+(\d][\w.\s]*[-+*/^(][^\"]*?)\s*$", 'an expression needs quotes: "{}"'),
     (r"overwrite.*: \[\[([^][]+)\]\]", "[{0}] stands above in single brackets; write [[{0}]]"),
     (
         r"(?:twice|overwrite).*: \[([^][]+)\]",
@@ -39,6 +45,7 @@ MEANT = (
     ),
 )
 """What a line that is no TOML most often means: a pattern of the error and the line, and a text."""
+WITH_UNIT = re.compile(rf"[=\[,]\s*({NUMBER}\s*[A-Za-zµ°%][\w/*^²³·%]*)\s*(?:[],}}#]|$)")
 LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
 
 
@@ -65,7 +72,7 @@ def read_toml(path: str | Path, own: Sequence[str] = ("material", "body")) -> di
             raise InputError(f"{path}: {kind}")
         return data
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror}){like(path)}") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
     except InputError:
@@ -99,14 +106,43 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
 
 def _reason(text: str, error: Exception) -> str:
     """Why a text is no TOML, with the line, and what is most often meant."""
-    place = re.search(r"\(at line (\d+),", str(error))
-    if not place:
+    place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+    row, column = map(int, place.groups()) if place else _left_open(text)
+    if not row:
         return f"({str(error) or 'nested too deeply'})"
-    line = text.splitlines()[int(place[1]) - 1].strip()[:60]
-    plain = TEXT.sub('""', f"({error}): {line}")
-    matches = ((re.search(pattern, plain), text) for pattern, text in MEANT)
-    hint = next((f"; {text.format(*match.groups())}" for match, text in matches if match), "")
-    return f"({error}): {line!r}{hint}"
+    whole = text.splitlines()[row - 1]
+    line, rest = whole.strip(), whole[column - 1 :].strip()
+    reason = f"{error}" if place else f"{error}".replace("at end of document", f"line {row}")
+    plain = TEXT.sub(lambda part: "" if part[0][0] == "#" else '""', f"({error}): {line}").strip()
+    hints = [
+        text.format(*match.groups())
+        for pattern, text in MEANT
+        if (match := re.search(pattern, plain))
+    ]
+    if (number := WITH_UNIT.search(plain)) and (refused := number_refused(number[1])):
+        hints.insert(0, refused)
+    elif plain.startswith("(Unclosed"):
+        word = re.match(r"[^\s,}\]=]+", rest)
+        inside = word and place and (line != rest or rest[0] in "{\"'+-.0123456789")
+        comma = f"a comma is missing before {word[0]}" if word and inside else ""
+        closed = f"a bracket {'before' if place else 'in'} this line is not closed"
+        hints.insert(0, comma or closed)
+    return f"({reason}): {line[:60]!r}{''.join(f'; {hint}' for hint in hints[:1])}"
+
+
+def _left_open(text: str) -> tuple[int, int]:
+    """Line and column of the first quote or bracket that nothing closes, from 1; else zeros."""
+    plain = TEXT.sub(lambda part: re.sub(".", " ", part[0]), text)
+    opened: list[int] = []
+    for mark in re.finditer(r"[][{}\"']", plain):
+        if mark[0] in "\"'":
+            opened = [mark.start()]
+            break
+        opened = [*opened, mark.start()] if mark[0] in "[{" else opened[:-1]
+    if not opened:
+        return 0, 0
+    before = plain[: opened[0]]
+    return before.count("\n") + 1, opened[0] - before.rfind("\n")
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Problem:
@@ -205,7 +241,11 @@ def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
 
 def _entry(entries: list[Any], name: str, source: str, key: str) -> int:
     if not (name.isdecimal() and int(name) < len(entries)):
-        raise InputError(
-            f"{source}: {key}: {name!r} is no entry, entries are 0 to {len(entries) - 1}"
-        )
+        names = [
+            f"{k} ({entry.get('name') or entry['part']})"
+            for k, entry in enumerate(entries)
+            if isinstance(entry, dict) and (entry.get("name") or entry.get("part"))
+        ]
+        there = ", ".join(names) if names else f"0 to {len(entries) - 1}"
+        raise InputError(f"{source}: {key}: {name!r} is no entry, entries are {there}")
     return int(name)

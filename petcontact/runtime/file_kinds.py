@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -34,3 +36,17 @@ def known_kind(path: str | Path, wanted: Iterable[str], keys: Iterable[str] = ()
         if word in KINDS and word not in wanted:
             return KINDS[word].format(path=path, name=Path(path).name)
     return None
+
+
+def like(path: str | Path, suffixes: Iterable[str] = (".toml", ".h5")) -> str:
+    """`, did you mean ...?` where a file of a name like that of a missing one stands beside it."""
+    wanted, folder = Path(path), Path(path).parent
+    kinds = {wanted.suffix} if wanted.suffix else {*suffixes}
+    try:
+        exists, names = wanted.exists(), os.listdir(folder)
+    except (OSError, ValueError):
+        return ""
+    there = [] if exists else sorted(name for name in names if Path(name).suffix in kinds)
+    whole = [name for name in there if Path(name).stem == wanted.name]
+    near = whole or difflib.get_close_matches(wanted.name, there, n=1)
+    return f", did you mean {folder / near[0]}?" if near else ""

@@ -8,47 +8,16 @@ from collections.abc import Container, Iterable, Sequence
 from typing import Any, TypeVar
 
 from ..errors import InputError
+from .other_words import IN_MM_AND_N, SAID, SYNONYMS
 
 T = TypeVar("T")
-SYNONYMS = {
-    "mu": "friction_coefficient",
-    "gravity": "acceleration",
-    "omega": "angular_velocity",
-    "alpha": "thermal_expansion",
-    "rho": "density",
-    "temp": "temperature",
-    "displacements": "displacement",
-    "friction": "friction_coefficient",
-    "g": "friction_bound",
-    "bound": "friction_bound",
-    "E": "young_modulus",
-    "nu": "poisson_ratio",
-    "h": "element_size",
-    "size": "element_size",
-    "p": "order",
-    "type": "condition",
-    "frictional": "contact",
-    "tresca": "contact",
-    "coulomb": "contact",
-    "clamped": "displacement",
-    "encastre": "displacement",
-    "fixed": "displacement",
-    "dirichlet": "displacement",
-    "neumann": "traction",
-    "load": "traction",
-    "free": "traction",
-    "cylinder": "outline",
-    "circle": "outline",
-    "block": "rectangle",
-    "cuboid": "box",
-}
-"""What others call it."""
 SPELLINGS = {"center": "centre", "centre": "center"}
 """Of keys."""
+NUMBER = r"[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 UNIT = re.compile(
-    r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s+(?!(?:[xyzs]|n[xyz]|pi)\b)[A-Za-zµ°%][\w/*^²³·%]*"
+    rf"({NUMBER})\s*(?!(?:[xyzs]|n[xyz]|pi|e[-+]?\d+)\b)([A-Za-zµ°%][\w/*^²³·%]*)", re.IGNORECASE
 )
-"""A number, a space, and what is no variable of ours."""
+"""A number, and what is no variable of ours."""
 
 
 def known_key(key: Any, fields: Container[str], given: Container[Any]) -> Any:
@@ -61,12 +30,24 @@ def known_key(key: Any, fields: Container[str], given: Container[Any]) -> Any:
     return other if key not in fields and other in fields and other not in given else key
 
 
-def nearest(given: Any, names: list[str]) -> str:
-    """`, did you mean ...?` where a name is near, else nothing."""
+def nearest(given: Any, names: Sequence[str]) -> str:
+    """`, did you mean ...?` where a name is near, what is said of a word of other programs, else
+    nothing.
+
+    >>> nearest("mu", ["friction_coefficient"]), nearest("Top", ["top", "left"]), nearest("x", [])
+    (", did you mean 'friction_coefficient'?", ", did you mean 'top'?", '')
+    >>> nearest("frictionless", ["friction_coefficient"])
+    '; contact without friction_coefficient and friction_bound is frictionless'
+    """
     if not isinstance(given, str):
         return ""
-    word = SYNONYMS.get(given, SYNONYMS.get(given.lower()))
-    near = [word] if word in names else difflib.get_close_matches(given, names, n=1)
+    small = given.lower()
+    word = SYNONYMS.get(given, SYNONYMS.get(small))
+    same = [name for name in names if name.lower() == small]
+    near = [word] if word in names else same
+    if not near and (said := SAID.get(given, SAID.get(small))):
+        return f"; {said}"
+    near = near or difflib.get_close_matches(given, names, n=1)
     return f", did you mean {near[0]!r}?" if near else ""
 
 
@@ -108,10 +89,18 @@ def number_refused(text: str) -> str:
 
     Examples
     --------
-    >>> number_refused("150 MPa")
-    'a number has no unit here: 150; [units] names units'
+    >>> number_refused("210 GPa")
+    'a number has no unit here; with mm, N and MPa 210 GPa are 210000'
+    >>> number_refused("20 °C"), number_refused("0,3")
+    ('a number has no unit here: 20', 'a number has a decimal point, not a comma: 0.3')
     """
     if comma := re.fullmatch(r"([-+]?\d+),(\d+)", text.strip()):
         return f"a number has a decimal point, not a comma: {comma[1]}.{comma[2]}"
     match = UNIT.fullmatch(text.strip())
-    return f"a number has no unit here: {match[1]}; [units] names units" if match else ""
+    if not match:
+        return ""
+    number, unit = match.groups()
+    if unit not in IN_MM_AND_N:
+        return f"a number has no unit here: {number}"
+    value = float(number.replace("_", "")) * IN_MM_AND_N[unit]
+    return f"a number has no unit here; with mm, N and MPa {number} {unit} are {value:.10g}"

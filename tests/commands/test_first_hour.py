@@ -40,6 +40,13 @@ def test_show_prints_the_verdict_again(result, capsys):
     assert force[0]["unit"] == "N/mm" and 0.0 < force[0]["error"] < force[0]["value"][1]
 
 
+def test_a_folder_is_not_named_like_a_file(result, tmp_path, capsys):
+    for words in (["export", "--csv", "all.xlsx"], ["plot", "-o", "all.png"]):
+        assert main([words[0], str(result), words[1], str(tmp_path / words[2])]) == 2
+        assert "a folder is expected" in capsys.readouterr().err
+    assert not [*tmp_path.iterdir()]
+
+
 def test_quiet_prints_one_line(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     assert main(["solve", str(ROOT / BLOCK), "--quiet", "--no-figures"]) == 0
@@ -118,6 +125,8 @@ def test_a_mistake_is_answered_with_what_to_write(words, config, said, tmp_path,
 def test_words_that_people_use_are_found_in_the_manual(capsys):
     assert main(["help", "mu"]) == 0
     assert "friction_coefficient" in capsys.readouterr().out
+    assert main(["help", "plasticity"]) == 0
+    assert "linear elastic" in capsys.readouterr().out
     assert main(["help", "friktion"]) == 2
     assert "did you mean 'friction'?" in capsys.readouterr().err
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import InputError
 from ...runtime.figure_style import FORMATS
-from ..options import CASE, option, options
+from ..options import CASE, check_folder, option, options
 
 if TYPE_CHECKING:
     from ...results.data import SolutionData
@@ -83,6 +83,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
             print(animate(solution, arguments.animate))
             continue
+        if arguments.figures:
+            check_folder("-o", arguments.figures)
         folder = Path(arguments.figures or Path(name).parent)
         stem = Path(name).stem if arguments.case == "/" else arguments.case
         print(*_drawn(solution, arguments, folder, stem), sep="\n")

@@ -8,7 +8,7 @@ import re
 import stat
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, dataclass_transform, get_origin
 
 import numpy as np
 import pydantic
@@ -16,6 +16,7 @@ import pydantic_core
 
 from ...arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ...errors import InputError
+from ...runtime.file_kinds import like
 from ...runtime.hints import known_key, nearest, number_refused
 from ..expressions import parse_expression
 from .frozen import Frozen
@@ -260,6 +261,9 @@ class Model(Frozen, metaclass=_OneLine):
             data = {known_key(key, cls.model_fields, data): data[key] for key in data}
         for key, value in data.items() if isinstance(data, dict) else ():
             field = cls.model_fields.get(key)
+            if field and isinstance(value, Model) and get_origin(field.annotation) is tuple:
+                # pydantic would take its fields for the entries
+                raise pydantic_core.PydanticKnownError("list_type")
             lines = field and any(isinstance(m, pydantic.PlainValidator) for m in field.metadata)
             refused = NOT_IN_TITLES if key == "title" else NOT_IN_LINES if lines else NOT_IN_NAMES
             for text in value if isinstance(value, (list, tuple, dict)) else (value,):
@@ -298,7 +302,7 @@ def regular_file(path: str | Path, largest: int) -> Path:
     try:
         state = Path(path).stat()
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise InputError(f"{path}: cannot be read ({error.strerror}){like(path)}") from None
     except ValueError:  # a null byte, which no file name has
         raise InputError(f"{str(path)!r}: is no file name") from None
     if not stat.S_ISREG(state.st_mode):
@@ -367,25 +371,44 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     key = _key(loc, data)
     # a model's own check names its values itself
     if not (kind == "value_error" and isinstance(mistake["input"], dict)):
-        message += given + _meant(mistake, message, re.sub(r"\[\d+\]", "", key))
+        message += given + _meant(mistake, message, re.sub(r"\[\d+\]", "", key), cls)
     return ": ".join(filter(None, [key, message]))
 
 
-def _meant(mistake: Any, message: str, table: str) -> str:
+def _meant(mistake: Any, message: str, table: str, cls: type) -> str:
     """What a value that is not allowed most often means."""
     kind, given, context = mistake["type"], mistake["input"], mistake.get("ctx", {})
     if kind == "literal_error":
         words = context["expected"].replace(" or ", ", ").replace("'", "")
         return nearest(given, words.split(", "))
-    if message == "must be a table" and isinstance(given, list):
-        return f"; in single brackets, [{table}]"
+    if message == "must be a table":
+        keys = [key for model in models_at(cls, list(mistake["loc"])) for key in model.model_fields]
+        filled = f"{{ {', '.join(f'{key} = ...' for key in keys[:SHOWN])} }}"
+        return f"; in single brackets, [{table}]" if isinstance(given, list) else f"; as {filled}"
     if message == "must be an array":
-        double = f"double brackets, [[{table}]], each time"
-        return f"; in {double if isinstance(given, dict) else f'brackets: [{_shown(given)}, ...]'}"
+        loc = list(mistake["loc"])
+        models = [m for m in models_at(cls, loc[:-1]) if loc[-1] in m.model_fields]
+        return _array(given, table, models)
+    if kind == "too_short" and len(given) == 1 and isinstance(given[0], list):
+        return f"; in single brackets: {_shown(given[0])}"
     if kind == "too_long" and all(isinstance(each, int) for each in given):
-        return "; a number has a decimal point, not a comma"
+        twice = len(given) % 2 == 0
+        return "; a number has a decimal point, not a comma" if twice else "; 2D has x and y only"
+    if kind == "string_type" and isinstance(given, list):
+        return "; one text, with a table for each"
     refused = number_refused(given) if isinstance(given, str) else ""
     return f"; {refused}" if refused and refused not in message else ""
+
+
+def _array(given: Any, table: str, models: list[Any]) -> str:
+    """How something that is no array is written as one."""
+    if isinstance(given, (dict, Model)):
+        return f"; in double brackets, [[{table}]], each time; in Python in a list"
+    if not (isinstance(given, (int, float)) and models):
+        return f"; in brackets: [{_shown(given)}, ...]"
+    vectors = f"; one number a direction: [{given}, 0.0] is along x, [0.0, {given}] along y"
+    pressed = any("pressure" in model.model_fields for model in models)
+    return vectors + f"; pressure = {abs(given)} presses" * pressed
 
 
 def _allowed(message: str) -> str:

@@ -7,17 +7,23 @@ from typing import Any
 import pydantic
 
 from ...runtime.hints import nearest
+from ...runtime.other_words import SYNONYMS
+
+FEW = 3
+"""Keys of a table that are all named, whatever else is known of a key that is not among them."""
 
 
 def instead(cls: Any, loc: list[Any], data: Any) -> str:
     """A key that is meant, the tables in which this one stands, or the keys that there are."""
     models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
     keys = sorted({name for model in models for name in model.model_fields})
-    given = where_given(data, loc[-1]) if len(loc) == 1 else []
+    key, valid = str(loc[-1]), f"; valid keys: {', '.join(keys)}"
+    given = where_given(data, SYNONYMS.get(key, key)) if len(loc) == 1 else []
     there = f", did you mean {' or '.join(given[:3])}?" if given else ""
-    where = of_another(cls, loc) or there or nearest(str(loc[-1]), keys)
-    where = where or stands_in(cls, str(loc[-1]))
-    return where or f"; valid keys: {', '.join(keys)}"
+    near, few = nearest(key, keys), len(keys) <= FEW
+    near = "" if few and near.startswith(";") else near
+    where = of_another(cls, loc) or there or near or ("" if few else stands_in(cls, key))
+    return where or valid
 
 
 def models_at(cls: Any, loc: list[int | str]) -> list[Any]:

@@ -12,7 +12,7 @@ import h5py
 
 from ...errors import PetcontactError, ResultError
 from ...runtime.atomic_write import temporary_name
-from ...runtime.file_kinds import known_kind
+from ...runtime.file_kinds import known_kind, like
 
 SEAL = b"\npetcontact sha256\n"
 """What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may
@@ -44,7 +44,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
     line."""
     try:
         if not Path(path).is_file():
-            raise ResultError(f"{path}: no such file")
+            raise ResultError(f"{path}: no such file{like(path, ['.h5'])}")
         if kind := known_kind(path, [".h5"]):
             raise ResultError(f"{path}: {kind}")
         _check_seal(Path(path))
