@@ -7,7 +7,8 @@ import itertools
 import numpy as np
 
 from petcontact.convert.inp_problem import convert_inp
-from petcontact.model.case import parse_problem, parse_toml
+from petcontact.model.case import parse_problem
+from petcontact.model.toml_text import parse_toml
 
 
 def grid(lower, upper, counts, first_node, first_element, kind, elset):

@@ -127,23 +127,22 @@ def _found(words: str) -> str:
 
     chapters, keys = places(words), _keys(SYNONYMS.get(words, words))
     best = OTHER_WORDS.get(words.lower())
-    said = [SAID[words.lower()]] if words.lower() in SAID else []
-    said += [f"`petcontact {words} --help` lists its options"] if words in COMMANDS else []
+    of_command = f"`petcontact {words} --help` lists its options" if words in COMMANDS else ""
+    said = SAID.get(words.lower(), of_command)
     if words in SYNONYMS and keys:  # places of short words are parts of others
         return "\n".join(keys)
     if not (chapters or keys or best or said):
         near = difflib.get_close_matches(words.lower(), [*topics(), *vocabulary()], n=1, cutoff=0.8)
         hint = f", did you mean {near[0]!r}?" if near else f"; chapters: {', '.join(topics())}"
         raise InputError(f"help: no chapter {words!r}, and no line of any with it{hint}")
-    lines = [*said, ""] if said else []
-    lines += [*keys, ""] if keys else []
+    lines = [line for some in ([said], keys) if any(some) for line in (*some, "")]
     lines += [f"see `petcontact help {best}`: {summary(best)}", ""] if best else []
     for name, numbered in chapters.items():
         lines.append(f"{name} ({len(numbered)} line{'s' if len(numbered) > 1 else ''})")
         lines += [
             f"{number:>6}  {_around(text, words, WIDTH - 8)}" for number, text in numbered[:SHOWN]
         ]
-        lines += [f"        and {len(numbered) - SHOWN} more"] if len(numbered) > SHOWN else []
+        lines += [f"        and {len(numbered) - SHOWN} more"] * (len(numbered) > SHOWN)
     return "\n".join([*lines, "", "A chapter is shown by `petcontact help CHAPTER`."])
 
 

@@ -95,7 +95,8 @@ def _converted(source: str, target: Path) -> dict[str, str]:
     import sys
 
     from ..convert.inp_problem import convert_inp
-    from ..model.case import parse_problem, parse_toml
+    from ..model.case import parse_problem
+    from ..model.toml_text import parse_toml
     from .schema import schema_text
 
     if Path(source).suffix.lower() != ".inp":

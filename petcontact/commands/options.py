@@ -96,10 +96,11 @@ def increment(word: str, count: int, last: int) -> int:
     return int(word)
 
 
-def check_folder(option: str, path: str | Path) -> None:
-    """Refuse a folder that is to be made and is named like a file, which stands in the middle of
-    what it was meant for."""
-    if Path(path).suffix.lower() in FILES and not Path(path).is_dir():
+def check_folder(option: str, path: str | None, instead: Sequence[str] = ()) -> None:
+    """Refuse a folder that is to be made, and is named like a file of none of the suffixes that
+    may stand instead."""
+    suffix = Path(path or "").suffix.lower()
+    if suffix in {*FILES} - {*instead} and not Path(path or "").is_dir():
         raise InputError(f"{option} {path}: a folder is expected, and this is the name of a file")
 
 

@@ -298,7 +298,7 @@ class Meshes:
 
 def overrides(words: list[str]) -> dict[str, Any]:
     """--set KEY=VALUE as dotted keys; the value is read as TOML, and as text where it is none."""
-    from ..model.case import parse_toml
+    from ..model.toml_text import parse_toml
 
     result: dict[str, Any] = {}
     for word in words:

@@ -2,51 +2,20 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from ..errors import InputError
 from ..given.tables.base import Model, parse
 from ..given.tables.solver_options import Bem, MeshOptions, Method
 from ..runtime.file_kinds import known_kind, like
-from ..runtime.hints import NUMBER, demand_name, number_refused
+from ..runtime.hints import demand_name
 from .problem import OneBody, Problem
+from .toml_text import DEEPEST, parse_toml
 from .variables import with_values
 
 LARGEST_FILE = 4_000_000
-DEEPEST = 16
-"""Levels of arrays and tables, and parts of a dotted key: what tomllib does with more grows with
-their square."""
-TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
-"""Strings and comments of TOML."""
-MEANT = (
-    (r"[“”„’‘]", 'a text stands in straight quotes, "..."'),
-    (r"=\s*([-+]?\d+),(\d+)", "a decimal point, not a comma: {}.{}"),
-    (r"=\s*([-+]?)\.(\d+)", "a digit stands before a decimal point: {}0.{}"),
-    (r"=\s*([-+]?\d+)\.(?!\d)(\w*)", "a digit stands after a decimal point: {}.0{}"),
-    (r"=\s*\(([^()]*)\)", "an array stands in brackets: [{}]"),
-    (r"=\s*([-+]?\d[\d.]*(?:,\s+[-+]?\d[\d.]*)+)", "an array stands in brackets: [{}]"),
-    (r"=\s*\[?.*\b(True|False)\b", "write true or false, not {}"),
-    (r"=.*\b(null|None|none|nil)\b", 'there is no {} in TOML; leave the key out, or write "free"'),
-    (
-        r"=\s*(?:\[(?:[^]]*,)?\s*)?(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w.-]*)",
-        'a text needs quotes: "{}"',
-    ),
-    (r"=\s*([-+(\d][\w.\s]*[-+*/^(][^\"]*?)\s*$", 'an expression needs quotes: "{}"'),
-    (r"overwrite.*: \[\[([^][]+)\]\]", "[{0}] stands above in single brackets; write [[{0}]]"),
-    (
-        r"(?:twice|overwrite).*: \[([^][]+)\]",
-        "a table that stands several times is [[{}]] each time",
-    ),
-)
-"""What a line that is no TOML most often means: a pattern of the error and the line, and a text."""
-WITH_UNIT = re.compile(rf"[=\[,]\s*({NUMBER}\s*[A-Za-zµ°%][\w/*^²³·%]*)\s*(?:[],}}#]|$)")
-LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
 
 
 def read_toml(path: str | Path, own: Sequence[str] = ("material", "body")) -> dict[str, Any]:
@@ -79,70 +48,6 @@ def read_toml(path: str | Path, own: Sequence[str] = ("material", "body")) -> di
         raise
     except ValueError:  # a null byte, which no file name has
         raise InputError(f"{str(path)!r}: is no file name") from None
-
-
-def parse_toml(text: str, source: str) -> dict[str, Any]:
-    """The plain content of a TOML text.
-
-    Raises
-    ------
-    InputError
-        If it is not TOML, or small to write and large to read: keys of very many parts, arrays in
-        arrays in arrays.
-    """
-    plain = TEXT.sub("_", text)
-    depth = np.cumsum(
-        np.array(
-            [(c in "[{") - (c in "]}") for c in re.findall(r"[\[\]{}]", plain)], dtype=np.int64
-        )
-    )
-    if LONG_KEY.search(plain) or depth.max(initial=0) > DEEPEST:
-        raise InputError(f"{source}: nested deeper than {DEEPEST} levels, this is no config")
-    try:
-        return tomllib.loads(text)
-    except (RecursionError, ValueError) as error:
-        raise InputError(f"{source}: not valid TOML {_reason(text, error)}") from None
-
-
-def _reason(text: str, error: Exception) -> str:
-    """Why a text is no TOML, with the line, and what is most often meant."""
-    place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-    row, column = map(int, place.groups()) if place else _left_open(text)
-    if not row:
-        return f"({str(error) or 'nested too deeply'})"
-    whole = text.splitlines()[row - 1]
-    line, rest = whole.strip(), whole[column - 1 :].strip()
-    reason = f"{error}" if place else f"{error}".replace("at end of document", f"line {row}")
-    plain = TEXT.sub(lambda part: "" if part[0][0] == "#" else '""', f"({error}): {line}").strip()
-    hints = [
-        text.format(*match.groups())
-        for pattern, text in MEANT
-        if (match := re.search(pattern, plain))
-    ]
-    if (number := WITH_UNIT.search(plain)) and (refused := number_refused(number[1])):
-        hints.insert(0, refused)
-    elif plain.startswith("(Unclosed"):
-        word = re.match(r"[^\s,}\]=]+", rest)
-        inside = word and place and (line != rest or rest[0] in "{\"'+-.0123456789")
-        comma = f"a comma is missing before {word[0]}" if word and inside else ""
-        closed = f"a bracket {'before' if place else 'in'} this line is not closed"
-        hints.insert(0, comma or closed)
-    return f"({reason}): {line[:60]!r}{''.join(f'; {hint}' for hint in hints[:1])}"
-
-
-def _left_open(text: str) -> tuple[int, int]:
-    """Line and column of the first quote or bracket that nothing closes, from 1; else zeros."""
-    plain = TEXT.sub(lambda part: re.sub(".", " ", part[0]), text)
-    opened: list[int] = []
-    for mark in re.finditer(r"[][{}\"']", plain):
-        if mark[0] in "\"'":
-            opened = [mark.start()]
-            break
-        opened = [*opened, mark.start()] if mark[0] in "[{" else opened[:-1]
-    if not opened:
-        return 0, 0
-    before = plain[: opened[0]]
-    return before.count("\n") + 1, opened[0] - before.rfind("\n")
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Problem:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..given.expressions import FUNCTIONS, parse_expression, plain_value
-from ..given.tables.base import WORD
+from ..given.tables.mistakes import WORD
 from ..given.tables.model_tree import models_below
 
 TAKEN = frozenset(("x", "y", "z", "nx", "ny", "nz", "s", "pi", "e", *FUNCTIONS))

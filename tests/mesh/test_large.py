@@ -12,7 +12,8 @@ from shapes import closing, cuboid, drawn, elastic, moved, problem
 
 from petcontact import Bem, InputError, load
 from petcontact.commands.solve import announcer
-from petcontact.model.case import DEEPEST, set_key
+from petcontact.model.case import set_key
+from petcontact.model.toml_text import DEEPEST
 from petcontact.pipeline import choice
 from petcontact.pipeline.run import prepare
 from petcontact.refinement.meshes import mesh_of

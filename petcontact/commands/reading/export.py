@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ..options import CASE, RESULT, check_folder, check_output, increment, option, options
+from ..options import CASE, RESULT, TABLE, check_folder, check_output, increment, option, options
 
 add_arguments = options(
     RESULT,
@@ -73,8 +73,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     ):
         if getattr(arguments, key) and not getattr(arguments, of):
             raise InputError(f"--{key}: is of --{of}, which is not given")
-    if arguments.csv and Path(arguments.csv).suffix.lower() != ".csv":
-        check_folder("--csv", arguments.csv)
+    check_folder("--csv", arguments.csv, TABLE[0])
     if arguments.vtkhdf:
         kind = (".vtkhdf",), "must end in .vtkhdf, by which ParaView recognises the format"
         check_output(arguments.vtkhdf, *kind, [arguments.result])

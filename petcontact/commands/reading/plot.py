@@ -74,6 +74,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for key in unread:
         if getattr(arguments, key):
             raise InputError(f"--{key}: is not used by --{drawn}; give one of them")
+    check_folder("-o", arguments.figures)
     if arguments.animate:
         _check_animation(arguments)
     for name in arguments.result:
@@ -83,8 +84,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
             print(animate(solution, arguments.animate))
             continue
-        if arguments.figures:
-            check_folder("-o", arguments.figures)
         folder = Path(arguments.figures or Path(name).parent)
         stem = Path(name).stem if arguments.case == "/" else arguments.case
         print(*_drawn(solution, arguments, folder, stem), sep="\n")

@@ -17,10 +17,10 @@ import pydantic_core
 from ...arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ...errors import InputError
 from ...runtime.file_kinds import like
-from ...runtime.hints import known_key, nearest, number_refused
+from ...runtime.hints import known_key
 from ..expressions import parse_expression
 from .frozen import Frozen
-from .model_tree import instead, models_at
+from .mistakes import NAME, one_line, shown
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -50,18 +50,9 @@ Coordinate = Annotated[
 ]
 Point = tuple[Coordinate, Coordinate]
 SpacePoint = tuple[Coordinate, Coordinate, Coordinate]
-NAME, WORD, FUNCTION = r"^[^./]+$", r"^[^\W\d][\w.]*$", r"^[^\W\d][\w.]*:[^\W\d][\w.]*$"
-MATCHED = {
-    NAME: "must have no '.' and no '/'",
-    WORD: "must be a word of letters, digits, '_' and '.'",
-    FUNCTION: "must be 'module:function'",
-}
-"""What is allowed, by the pattern of a text."""
 Name = Annotated[str, pydantic.Field(min_length=1, pattern=NAME)]
 Vector = pydantic.Field(min_length=2, max_length=3)
 """As many components as the body has dimensions."""
-SHOWN = 3
-"""Mistakes of a file that are named at once: more would not be one line."""
 LONGEST_EXPRESSION = 500
 NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 NOT_IN_TITLES = re.compile(r"\x00")
@@ -259,19 +250,29 @@ class Model(Frozen, metaclass=_OneLine):
         printed with all that is no letter written out. The other spelling of a key is taken."""
         if isinstance(data, dict):
             data = {known_key(key, cls.model_fields, data): data[key] for key in data}
+            cls._refuse_one_of_several(data)
         for key, value in data.items() if isinstance(data, dict) else ():
             field = cls.model_fields.get(key)
-            if field and isinstance(value, Model) and get_origin(field.annotation) is tuple:
-                # pydantic would take its fields for the entries
-                raise pydantic_core.PydanticKnownError("list_type")
             lines = field and any(isinstance(m, pydantic.PlainValidator) for m in field.metadata)
             refused = NOT_IN_TITLES if key == "title" else NOT_IN_LINES if lines else NOT_IN_NAMES
             for text in value if isinstance(value, (list, tuple, dict)) else (value,):
                 if isinstance(text, str) and refused.search(text):
                     raise pydantic_core.PydanticCustomError(
-                        "control", f"has a character below 32, got {_shown(text)}", {"key": key}
+                        "control", f"has a character below 32, got {shown(text)}", {"key": key}
                     )
         return data
+
+    @classmethod
+    def _refuse_one_of_several(cls, data: dict[str, Any]) -> None:
+        """Refuse a model where a list of them is wanted: its fields would be taken for entries."""
+        for key in data.keys() & cls.model_fields.keys():
+            several = get_origin(cls.model_fields[key].annotation) is tuple
+            if several and isinstance(data[key], Model):
+                kind = type(data[key]).__name__
+                text = f"must be an array, got one {kind}; in Python in a list: [{kind}(...)]"
+                raise pydantic_core.PydanticCustomError(
+                    "control", "{text}", {"key": key, "text": text}
+                )
 
     @classmethod
     def spelling(cls, data: Any) -> type[Model]:
@@ -331,125 +332,3 @@ def checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> An
         raise InputError(head + one_line(error, cls.spelling(data), data)) from None
     except (OverflowError, RecursionError) as error:
         raise InputError(f"{head}a value is out of range or nested too deeply ({error})") from None
-
-
-def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
-    """The first mistakes of a report as `key: what is allowed, got what was given`, and how many
-    more there are."""
-    errors = error.errors(include_url=False)
-    wrong_entries = {m["loc"][:-k] for m in errors for k in range(1, len(m["loc"]))}
-    # an array whose entries are wrong is also called too short
-    mistakes = [m for m in errors if m["type"] != "too_short" or m["loc"] not in wrong_entries]
-    # a mistyped key is unknown and, under its right name, missing: the first of the two says what
-    # happened
-    telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
-    lines = "; ".join(" ".join(_mistake(mistake, cls, data).split()) for mistake in telling[:SHOWN])
-    return lines + (f"; and {len(telling) - SHOWN} more" if len(telling) > SHOWN else "")
-
-
-def _mistake(mistake: Any, cls: type, data: Any) -> str:
-    kind, loc, context = mistake["type"], list(mistake["loc"]), mistake.get("ctx", {})
-    given = f", got {_shown(mistake['input'])}"
-    if kind == "control":
-        return f"{_key([*loc, context['key']], data)}: {mistake['msg']}"
-    if kind == "extra_forbidden":
-        return f"{_key(loc, data)}: unknown key{instead(cls, loc, data)}"
-    if kind.startswith("union_tag"):
-        name = context["discriminator"].strip("'")
-        tags = sorted({model.model_fields[name].default for model in models_at(cls, loc)})
-        allowed = f"must be one of {', '.join(map(repr, tags))}"
-        key = _joined(_key(loc, data), name)
-        if kind == "union_tag_not_found":
-            return f"{key}: this key is required, {allowed}"
-        return f"{key}: {allowed}, got {_shown(context['tag'])}{nearest(context['tag'], tags)}"
-    if kind == "missing":
-        if isinstance(loc[-1], int):
-            return f"{_key(loc[:-1], data)}: needs more than {loc[-1]} number{'s' * (loc[-1] != 1)}"
-        return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
-    stated = MATCHED.get(context.get("pattern"), str(mistake["msg"]))
-    message = str(context["error"]) if kind == "value_error" else _allowed(stated)
-    key = _key(loc, data)
-    # a model's own check names its values itself
-    if not (kind == "value_error" and isinstance(mistake["input"], dict)):
-        message += given + _meant(mistake, message, re.sub(r"\[\d+\]", "", key), cls)
-    return ": ".join(filter(None, [key, message]))
-
-
-def _meant(mistake: Any, message: str, table: str, cls: type) -> str:
-    """What a value that is not allowed most often means."""
-    kind, given, context = mistake["type"], mistake["input"], mistake.get("ctx", {})
-    if kind == "literal_error":
-        words = context["expected"].replace(" or ", ", ").replace("'", "")
-        return nearest(given, words.split(", "))
-    if message == "must be a table":
-        keys = [key for model in models_at(cls, list(mistake["loc"])) for key in model.model_fields]
-        filled = f"{{ {', '.join(f'{key} = ...' for key in keys[:SHOWN])} }}"
-        return f"; in single brackets, [{table}]" if isinstance(given, list) else f"; as {filled}"
-    if message == "must be an array":
-        loc = list(mistake["loc"])
-        models = [m for m in models_at(cls, loc[:-1]) if loc[-1] in m.model_fields]
-        return _array(given, table, models)
-    if kind == "too_short" and len(given) == 1 and isinstance(given[0], list):
-        return f"; in single brackets: {_shown(given[0])}"
-    if kind == "too_long" and all(isinstance(each, int) for each in given):
-        twice = len(given) % 2 == 0
-        return "; a number has a decimal point, not a comma" if twice else "; 2D has x and y only"
-    if kind == "string_type" and isinstance(given, list):
-        return "; one text, with a table for each"
-    refused = number_refused(given) if isinstance(given, str) else ""
-    return f"; {refused}" if refused and refused not in message else ""
-
-
-def _array(given: Any, table: str, models: list[Any]) -> str:
-    """How something that is no array is written as one."""
-    if isinstance(given, (dict, Model)):
-        return f"; in double brackets, [[{table}]], each time; in Python in a list"
-    if not (isinstance(given, (int, float)) and models):
-        return f"; in brackets: [{_shown(given)}, ...]"
-    vectors = f"; one number a direction: [{given}, 0.0] is along x, [0.0, {given}] along y"
-    pressed = any("pressure" in model.model_fields for model in models)
-    return vectors + f"; pressure = {abs(given)} presses" * pressed
-
-
-def _allowed(message: str) -> str:
-    """Pydantic's message in the words of a TOML file."""
-    for theirs, ours in _WORDS:
-        message = re.sub(theirs, ours, message)
-    return re.sub(r"\d{16,}", lambda digits: f"{float(digits[0]):g}", message)
-
-
-_WORDS = (
-    ("Input should be", "must be"),
-    ("should have", "must have"),
-    (" after validation", ""),
-    ("a valid dictionary.*", "a table"),
-    ("a valid (tuple|list)", "an array"),
-    ("a valid integer", "an integer"),
-    ("valid ", ""),
-    ("Tuple", "array"),
-    ("String", "text"),
-)
-
-
-def _key(loc: list[int | str], data: Any) -> str:
-    """`boundary[2].friction_bound`; the union branches that pydantic puts in are what is not in the
-    data."""
-    text, value = "", data
-    for step in loc:
-        if isinstance(step, int):
-            text += f"[{step}]"
-            value = value[step] if isinstance(value, (list, tuple)) and step < len(value) else None
-        elif isinstance(value, dict) and step in value:
-            text, value = _joined(text, step), value[step]
-    return text
-
-
-def _joined(table: str, name: str) -> str:
-    """A dotted key as TOML writes it."""
-    name = name if name.isascii() and name.replace("-", "_").isidentifier() else _shown(name)
-    return f"{table}.{name}" if table else name
-
-
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

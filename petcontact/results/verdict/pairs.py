@@ -235,10 +235,11 @@ def _area(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
         return
     what = "contact width" if tell.power == 1 else "contact area"
     whole = float(step.pairs[posed.name].weight.sum())
-    yield f"{what} {tell.number(area)} of {whole:.5g}"
+    full = area.size >= whole * (1.0 - WRITTEN)
+    yield f"{what} {tell.number(area)}" + (", all of it" if full else f" of {whole:.5g}")
     _, slips, used = _shares(tell, step, posed)
     if _rubs(posed.law) and slips:
-        yield f"{slips} of it slips"
+        yield f"what of it slips is {slips}" if slips == "not known" else f"{slips} of it slips"
         yield from [f"|Q|/(mu N) {used}"] * bool(used)
 
 

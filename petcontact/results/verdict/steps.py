@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...model.problem import ONE_BODY
+from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..number import DISPLACEMENT, Number
 from ..records import PairResult, StepResult, WearHistory
@@ -50,7 +51,8 @@ def reaction_lines(tell: Teller) -> list[str]:
         held = [item for each in at for item in _reaction(tell, each)]
         left = float(step.residuals.get("equilibrium", np.nan))
         if held and np.isfinite(left):
-            held += [f"sum of all forces 0 to {left:.0e} of their sizes", *tell.of_forces]
+            within = f" to {left:.0e} of their sizes" if left > SOLVED else ""
+            held += [f"sum of all forces 0{within}", *tell.of_forces]
         lines += wrapped(f"  reactions{after}: ", held) if held else []
     return [*lines, *_displaced(tell)]
 

@@ -74,7 +74,7 @@ def _left(solution: SolutionData) -> list[str]:
     for what, names in CHECKS.items():
         values = [step.residuals.get(name, np.nan) for step in solution.steps for name in names]
         if known := [float(value) for value in values if np.isfinite(value)]:
-            items.append(f"{what} {max(known):.1e}" if max(known) else f"{what} 0")
+            items.append(f"{what} {max(known):.1e}" if max(known) > SOLVED else f"{what} 0")
     return items
 
 

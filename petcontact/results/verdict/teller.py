@@ -85,7 +85,7 @@ class Teller:
         parts = 100.0 * number.value / whole, 100.0 * number.error / whole
         share = replace(number, value=parts[0], error=parts[1], scale=0.0)
         if share.error >= max(share.size, 100.0 - share.size):
-            return "?"
+            return "not known"
         exact = share.error < 0.05 and abs(parts[0][0] - round(float(parts[0][0]))) < 0.05
         return f"{parts[0][0]:.0f} %" if exact else told(share, "%", self.some)
 

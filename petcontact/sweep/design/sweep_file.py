@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ...errors import InputError
-from ...given.tables.base import FUNCTION, WORD, Coordinate, Finite, Model, parse, regular_file
+from ...given.tables.base import Coordinate, Finite, Model, parse, regular_file
+from ...given.tables.mistakes import FUNCTION, WORD
 from ...model.case import LARGEST_FILE, read_toml
 
 LARGEST_SWEEP = 1_000_000
