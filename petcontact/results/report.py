@@ -32,6 +32,9 @@ class Accuracy:
         Error of forces that all meshes have in common, of given loads and of bending [-].
     with_ends : float
         The error with the ends of parts, which `error` leaves out, nan where it is not known [-].
+    tractions : float
+        In the plane that of p and q where `error` is that of u_t, which is much smaller: p wiggles
+        where stick changes to slip. nan where it is not known [-].
     singular : dict of lists of float
         By interface, arc lengths where tractions grow from mesh to mesh [length].
     differences, estimates : lists of float
@@ -57,6 +60,7 @@ class Accuracy:
     resultants: float = math.nan
     shared: float = 0.0
     with_ends: float = math.nan
+    tractions: float = math.nan
     singular: dict[str, list[float]] = field(default_factory=dict)
     differences: list[float] = field(default_factory=list)
     estimates: list[float] = field(default_factory=list)

@@ -187,7 +187,8 @@ def _difference(solution: Solution, coarse: Solution) -> Accuracy:
             solution.posed.bodies[0], as_outline(solution.posed.boundaries[0], "u_t")
         )
         apart = line_difference(contact_lines(body, coarse), contact_lines(body, solution))
-        return Accuracy(error=apart / displacement_scale(solution))
+        of_tractions = difference(coarse, solution).inside
+        return Accuracy(error=apart / displacement_scale(solution), tractions=of_tractions)
     apart_by = difference(coarse, solution)
     return Accuracy(error=apart_by.inside, with_ends=apart_by.whole, singular=apart_by.singular)
 

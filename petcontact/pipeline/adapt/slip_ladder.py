@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from ...results.evaluated import displacement_scale
 from ...results.solution import Solution
 from ...round_off import HALF
 from ..steps.increment import PreparedProblem
+from .difference import difference as traction_difference
 from .strategy import Strategy
 
 FIRST_LOOK = 12
@@ -57,6 +59,7 @@ class Slip(Strategy):
         self.wanted, self.asked = self.accuracy, True
         self._shown: list[list[ContactLine]] = []
         self._last: Solution | None = None
+        self._tractions = math.nan
         self._body: GradedOutline | None = None
 
     @property
@@ -117,6 +120,7 @@ class Slip(Strategy):
             self.differences.append(
                 difference(self._shown[-1], lines) / displacement_scale(solution)
             )
+            self._tractions = traction_difference(self._last, solution).inside
         self._shown.append(lines)
         self._last = solution
 
@@ -147,6 +151,7 @@ class Slip(Strategy):
         return {
             "zones": [dataclasses.astuple(zone) for zone in zones],
             "zone_errors": zone_errors(zones, before[0] if before else []),
+            "tractions": self._tractions,
             **differ,
         }
 

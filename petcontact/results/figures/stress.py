@@ -210,14 +210,15 @@ def _largest(
         name = max(tops, key=lambda one: abs(float(values[one][tops[one]])))
         row = tops[name]
         largest, place = float(values[name][row]), fields[name].x[row]
-    text = f"largest {largest:.4g} at {place_of(place, float(np.abs(fields[name].x).max()))}"
-    return fields[name], row, largest, text.replace(KEPT, " ")
+    at = place_of(place, float(np.abs(fields[name].x).max())).replace(KEPT, " ")
+    return fields[name], row, largest, f"largest {largest:.4g} at {at} of the initial shape"
 
 
 def largest_known(
     solution: SolutionData, quantity: str, bodies: Collection[str]
 ) -> list[tuple[float, str, Array]]:
-    """The largest values of the verdict that have a bound, with their bodies and places."""
+    """The largest values of the verdict, with their bodies and places: of a place without a bound
+    that at its stated distance."""
     last, name = solution.last, WORDS.get(quantity, "").removesuffix(" stress")
     return [
         (float(number.value[0]), number.of, number.place)
@@ -226,7 +227,7 @@ def largest_known(
         and (number.step, number.cycle) == (last.step, last.cycle)
         and number.of in bodies
         and number.place is not None
-        and number.beside is None
+        and np.isfinite(number.error)
     ]
 
 

@@ -49,12 +49,18 @@ def reaction_lines(tell: Teller) -> list[str]:
             lines += wrapped(f"  {printable(name)}{after}: ", items) if items else []
         at = [each for each in tell.numbers.values() if each.key[2:] == (step.step, step.cycle)]
         held = [item for each in at for item in _reaction(tell, each)]
-        left = float(step.residuals.get("equilibrium", np.nan))
-        if held and np.isfinite(left):
-            within = f" to {left:.0e} of their sizes" if left > SOLVED else ""
-            held += [f"sum of all forces 0{within}", *tell.of_forces]
+        held += _left_over(tell, step)
         lines += wrapped(f"  reactions{after}: ", held) if held else []
     return [*lines, *_displaced(tell)]
+
+
+def _left_over(tell: Teller, step: StepResult) -> list[str]:
+    """What all forces add up to, and of what they are."""
+    left = float(step.residuals.get("equilibrium", np.nan))
+    if not np.isfinite(left):
+        return []
+    within = f" to {left:.0e} of their sizes" if left > SOLVED else ""
+    return [f"sum of all forces 0{within}", *tell.notes]
 
 
 def _moved(tell: Teller, step: StepResult, name: str) -> Iterator[str]:

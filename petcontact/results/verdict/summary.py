@@ -73,6 +73,8 @@ def _left(solution: SolutionData) -> list[str]:
     items = list[str]()
     for what, names in CHECKS.items():
         values = [step.residuals.get(name, np.nan) for step in solution.steps for name in names]
+        if not solution.nodes and what == "contact law":
+            continue
         if known := [float(value) for value in values if np.isfinite(value)]:
             items.append(f"{what} {max(known):.1e}" if max(known) > SOLVED else f"{what} 0")
     return items
@@ -153,6 +155,8 @@ def _accuracy(tell: Teller) -> list[str]:
         items.append(f"of resultants {accuracy.resultants:.1e}")
     elif not wanted:
         items.append("against half as many elements")
+    if not np.isnan(accuracy.tractions):
+        items.append(f"of p and q {accuracy.tractions:.1e}")
     if not np.isnan(accuracy.with_ends):
         items.append(f"with the ends of parts {accuracy.with_ends:.1e}")
     lines = [*wrapped(f"  error of {what}: ", items), *_path(accuracy.path)]

@@ -26,8 +26,9 @@ class Teller:
     numbers : dict of Number by key
     some : bool
         Whether the error of any number is known.
-    of_forces : list of str
-        Whether forces are per length or whole, of plane bodies.
+    notes : list of str
+        Whether forces of plane bodies are per length or whole, and of what units numbers are that
+        have none.
     axial : bool
         Whether the bodies are those of revolution, whose vectors are told along the axis.
     size : float
@@ -46,7 +47,9 @@ class Teller:
         self.size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
         mesh = next(iter(solution.meshes.values()))
         self.power = mesh.weight_power
-        self.of_forces = [f"forces are {mesh.of_forces}"] * bool(mesh.of_forces)
+        units = solution.problem.units
+        self.notes = [f"forces are {mesh.of_forces}"] * bool(mesh.of_forces)
+        self.notes += ["units are those of the config"] * (not (units.length or units.stress))
         self.ends = list({(step.step, step.cycle): step for step in solution.steps}.values())
 
     def unit(self, kind: str) -> str:
