@@ -17,6 +17,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
+from ..fields.stress_state import StressState
 from ..round_off import SUMMED, first_largest
 from .evaluated import Evaluated
 from .number import Number
@@ -39,6 +40,10 @@ before are apart, or twice as wide where the way leads on; it ends with a grid o
 first, which is as wide as samples are apart. A maximum is flat: its value is right to the square of
 that. A grid has about so many places: three along each direction of space, five inside plane bodies
 and on surfaces, all of them along a curve."""
+AWAY = 8.0
+"""Distance from a sample to a top over half of that to the next samples, at most: beside graded
+elements the next one on the other side may be four times as far away. A way that leads farther,
+though no sample there is larger, leads to a place without a bound or into an element."""
 SHALLOW = 0.5
 """Distance of stress inside from an element, over half the length of that, up to which it is that
 of the surface: displacements jump from element to element, and the stress that a jump makes falls
@@ -159,6 +164,7 @@ class _Samples:
         self._solution, self.body, self._step = solution, body, step
         self._fields = solution.body_fields(body, step)
         self.places = singular_places(solution, step)[body]
+        self._near = dict[tuple[bytes, float, str], StressState]()
         self.hide_all()
         mesh = self._fields.mesh
         element, boundary = solution.boundary_state(body, step)
@@ -274,12 +280,14 @@ class _Samples:
         if abs(value) <= self._least:
             return peak if value > above else None
         ways, apart = self._ways(place, peak.part)
+        start = place
         step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[len(place) + 1])
         for _ in range(CLIMBS):
-            x, values = self._values_near(key, place + step * ways, peak.part)
+            x, values = self._values_near(key, place, step, ways, peak.part)
             k, reached = first_largest(values), 0.0
             if values[k] > value + FINEST**2 * abs(value):
-                if self._near_unbounded(x[k : k + 1])[0]:
+                far = np.linalg.norm(x[k] - start) > AWAY * first
+                if far or self._near_unbounded(x[k : k + 1])[0]:
                     return None
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
@@ -303,15 +311,25 @@ class _Samples:
         grid = np.meshgrid(*[np.linspace(-1.0, 1.0, count)] * len(axes))
         return np.reshape(grid, (len(axes), -1)).T @ axes, 1.0 / count
 
-    def _values_near(self, key: str, points: Array, part: str) -> tuple[Array, Array]:
-        """Points inside, or the feet of points on a part of the surface, and the stress there."""
+    def _values_near(
+        self, key: str, place: Array, step: float, ways: Array, part: str
+    ) -> tuple[Array, Array]:
+        """Points of a grid about a place, or their feet on a part of the surface, and the stress
+        there."""
+        # one top is looked for by several names, and again beside places without a bound
+        known = place.tobytes(), step, part
+        if known not in self._near:
+            self._near[known] = self._state_near(place + step * ways, part)
+        state = self._near[known]
+        return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
+
+    def _state_near(self, points: Array, part: str) -> StressState:
+        """Stress at points inside, or at the feet of points on a part of the surface."""
         mesh = self._fields.mesh
         if part:
             element, foot = located(mesh, points, part, within=sizes(mesh))
-            state = self._fields.on_boundary(element[element >= 0], foot[element >= 0])
-        else:
-            state = self._fields.at(points[~self._too_near(points)], outside=np.nan)
-        return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
+            return self._fields.on_boundary(element[element >= 0], foot[element >= 0])
+        return self._fields.at(points[~self._too_near(points)], outside=np.nan)
 
     def _too_near(self, x: Array) -> Mask:
         """Which points (q, d) inside are nearer to an element than `SHALLOW` times its size."""
