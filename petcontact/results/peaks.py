@@ -10,7 +10,7 @@ only hide what is nearer to them than where K r^(λ-1) is as large as what is el
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +25,7 @@ from .peak_places import places_inside
 from .place import Place
 from .records import StepResult, step_ends
 from .singular_places import singular_places
-from .strengths import end_size, known, level, told_at, tops
+from .strengths import AROUND, end_size, known, level, told_at, tops
 
 QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
 """Of `StressState`, by their names in the verdict."""
@@ -115,8 +115,12 @@ def _largest(samples: Sequence[_Samples], name: str) -> list[Number]:
 
 def _beside(at: Sequence[tuple[Place, _Samples]], name: str) -> list[Number]:
     """The largest stress beside the first places, where stress inside the bodies is known."""
-    tried = itertools.islice((each for each in at if each[1].fields_known), TRIED)
-    return [some.beside(f"{name} stress", QUANTITIES[name], place) for place, some in tried]
+    key, known = QUANTITIES[name], (each for each in at if each[1].fields_known)
+    tried = list(itertools.islice(known, TRIED))
+    if not tried:
+        return []
+    place, some = max(tried, key=lambda each: each[1].largest_on_arc(key, each[0])[0])
+    return [some.beside(f"{name} stress", key, place)]
 
 
 def _without_bound(name: str, endless: Sequence[tuple[float, Place, _Samples]]) -> list[Number]:
@@ -164,7 +168,7 @@ class _Samples:
         self._solution, self.body, self._step = solution, body, step
         self._fields = solution.body_fields(body, step)
         self.places = singular_places(solution, step)[body]
-        self._near = dict[tuple[bytes, float, str], StressState]()
+        self._near = dict[Hashable, StressState]()
         self.hide_all()
         mesh = self._fields.mesh
         element, boundary = solution.boundary_state(body, step)
@@ -226,18 +230,28 @@ class _Samples:
         name = f"{name} stress at {place.sides}{where}"
         return Number(name, self.body, *end, place.x, place.sides, place.x)
 
+    def largest_on_arc(
+        self, key: str, place: Place, low: float = 0.0, high: float | None = None
+    ) -> tuple[float, Array, float, float]:
+        """Return the largest stress at the distance of a place between two angles, by default those
+        of its sides, where it is, and the angles of the points beside that."""
+        theta = np.linspace(low, place.angle if high is None else high, ROUND)
+        known = place, low, high
+        if known not in self._near:
+            way = np.outer(np.cos(theta), place.along) + np.outer(np.sin(theta), place.inward)
+            points = place.x + place.distance * way
+            self._near[known] = self._fields.at(points, outside=np.nan)
+        state = self._near[known]
+        values = np.nan_to_num(getattr(state, key), nan=-np.inf)
+        k = first_largest(values)
+        ends = float(theta[max(k - 1, 0)]), float(theta[min(k + 1, ROUND - 1)])
+        return float(values[k]), state.x[k], *ends
+
     def beside(self, name: str, key: str, place: Place) -> Number:
         """Return the largest stress at the distance of a place without a bound."""
-        low, high, best, x = 0.0, place.angle, -np.inf, place.x
-        for _ in range(2):
-            theta = np.linspace(low, high, ROUND)
-            way = np.outer(np.cos(theta), place.along) + np.outer(np.sin(theta), place.inward)
-            state = self._fields.at(place.x + place.distance * way, outside=np.nan)
-            values = np.nan_to_num(getattr(state, key), nan=-np.inf)
-            k = first_largest(values)
-            if values[k] > best:
-                best, x = float(values[k]), state.x[k]
-            low, high = theta[max(k - 1, 0)], theta[min(k + 1, ROUND - 1)]
+        best, x, low, high = self.largest_on_arc(key, place)
+        closer = self.largest_on_arc(key, place, low, high)
+        best, x = max((best, x), closer[:2], key=lambda each: each[0])
         mesh, end = self._fields.mesh, (self._step.step, self._step.cycle)
         element = int(located(mesh, x[None])[0][0])
         part = mesh.part_names[mesh.part[element]] if element >= 0 else ""
@@ -272,16 +286,20 @@ class _Samples:
         """The top near a sample; None where it is not above a bound, or where the way up leads to a
         place without a bound.
 
-        Between places of a grid stress is larger than at the best of them by less than it varies
-        from place to place.
+        Between samples, and between places of a grid, stress is larger than at the best of them by
+        less than it varies from place to place.
         """
         value, place = float(peak.value[0]), peak.place
         assert place is not None  # those of `peaks` have one
         if abs(value) <= self._least:
             return peak if value > above else None
+        away = np.linalg.norm(self._x - place, axis=1)
+        nearest = np.argsort(away)[: AROUND + 1]
+        if 2.0 * value - float(self._values(key)[nearest].min()) <= above:
+            return None
         ways, apart = self._ways(place, peak.part)
-        start = place
-        step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[len(place) + 1])
+        start, step = place, 0.5 * float(away[nearest[len(place) + 1]])
+        first = step
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place, step, ways, peak.part)
             k, reached = first_largest(values), 0.0
