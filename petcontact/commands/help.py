@@ -20,9 +20,11 @@ SHOWN = 6
 OTHER_WORDS = {
     **dict.fromkeys(("3d", "three-dimensional", "three dimensions"), "space"),
     **dict.fromkeys(("axisymmetric", "axial symmetry"), "axial"),
-    **dict.fromkeys(("units", "mpa", "preload"), "choosing"),
+    **dict.fromkeys(("mpa", "preload"), "choosing"),
     **dict.fromkeys(("bolt", "2d", "two-dimensional", "plane strain"), "choosing"),
     **dict.fromkeys(("windows", "wsl", "crash", "failed", "wrong sign"), "troubleshooting"),
+    **dict.fromkeys(("cheat sheet", "commands", "keys"), "cheatsheet"),
+    **dict.fromkeys(("first result", "verdict", "result"), "reading"),
     **dict.fromkeys(("hertz", "first steps", "beginner", "example"), "tutorial"),
     **dict.fromkeys(("how accurate", "error", "convergence"), "accuracy"),
     **dict.fromkeys(("roughness", "symmetry", "step", "cad"), "recipes"),

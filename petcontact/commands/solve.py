@@ -360,7 +360,7 @@ def report_ignored(case: Any, adaptive: bool, *, quiet: bool) -> None:
     if keys and not quiet:
         who = "an adaptive solve" if adaptive else method.resolved_name
         rule = f" with rule {method.rule}" if method.rule and who == "projection" else ""
-        print(f"petcontact: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
+        print(f"petcontact: note: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
 
 
 def monitor_line(state: Any) -> str:

@@ -13,7 +13,7 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 
 BOOKS = {
-    "Tutorial": ("tutorial", "installing", "gallery"),
+    "Tutorial": ("tutorial", "reading", "units", "cheatsheet", "installing", "gallery"),
     "How-to": (
         *("recipes", "choosing", "troubleshooting", "fields", "export", "sweeps", "axial"),
         *("loads", "wear", "fatigue", "corners", "extending"),
@@ -22,8 +22,8 @@ BOOKS = {
         *("config", "glossary", "contact", "space", "python", "methods", "options", "operators"),
     ),
     "Background": (
-        *("background", "accuracy", "speed", "paper", "verification", "cases", "reliability"),
-        "changes",
+        *("background", "accuracy", "checks", "speed", "manynodes", "paper", "verification"),
+        *("cases", "reliability", "changes"),
     ),
 }
 """The four books, and their chapters in the order in which one would read them."""

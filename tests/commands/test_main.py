@@ -227,7 +227,7 @@ def test_unused_options_are_compared_with_those_of_the_manual(monkeypatch, capsy
     [
         (
             {"method.rule": "fixed", "method.tau": 1.5},
-            "petcontact: projection with rule fixed does not use method.tau, method.max_changes\n",
+            "petcontact: note: projection with rule fixed does not use method.tau, method.max_changes\n",
         ),
         ({"method.rule": "modified"}, ""),
     ],

@@ -243,6 +243,28 @@ def test_the_tutorial_has_what_is_printed(file, changes):
     assert not [line for line in lines if line not in shown]
 
 
+def test_the_page_on_units_has_one_problem_in_two_sets_of_units(tmp_path):
+    """What its second column changes, and no more, makes metres and pascals of it."""
+    ((_, text),) = blocks(chapter("units"), "toml")
+    (tmp_path / "mm.toml").write_text(text)
+    keys = {
+        "young_modulus": ("material.young_modulus", 210e9),
+        "density": ("material.density", 7850.0),
+        "thickness": ("material.thickness", 0.02),
+        "upper_right": ("geometry.upper_right", [0.1, 0.05]),
+        "acceleration": ("loads.acceleration", [0.0, -9.81]),
+        "pressure": ("boundary.1.pressure", 2000.0),
+        "units": ("units", {"length": "m", "stress": "Pa"}),
+    }
+    assert set(re.findall(r"^\| `(\w+)`", chapter("units"), re.MULTILINE)) == {*keys}
+    verdicts = [
+        petcontact.solve(petcontact.load(tmp_path / "mm.toml", changes)).verdict()
+        for changes in ({}, dict(keys.values()))
+    ]
+    assert all("force on the body (-2, 7.70085) N" in verdict for verdict in verdicts)
+    assert "0.005351 +- 6e-06 MPa 5 from" in verdicts[0] and "5351 +- 6 Pa 0.005" in verdicts[1]
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_chapter_is_read_at_once(page):
     """By the bars of scripts/readability."""

@@ -55,7 +55,7 @@ def html(
     return environment.get_template("report.html").render(
         title=table.title or "Sweep",
         counts=counts_line(table),
-        legend=legend(table, quantities),
+        legend=legend(table, quantities, tables),
         tables=tables,
         text=text,
         heads=[column_heads(pivot, quantities) for pivot in tables],

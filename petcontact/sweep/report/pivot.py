@@ -89,7 +89,10 @@ class Table:
 
 def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
     """What a report shows: the quantities NAME,... that are named.  Where none is, iterations if
-    methods or their parameters are compared, else the contact itself."""
+    methods or their parameters are compared, else the contact itself, and what the sweep asks
+    for."""
+    from ..quantities import PEAKS, is_column
+
     if named := names_in(words):
         return named
     compared = {*Method.model_fields} & {*table.coordinates}
@@ -97,7 +100,13 @@ def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
         return (ITERATIONS,)
     trust = [name for name in ("estimated_error", "warnings") if name in table.columns]
     known = [name for name in trust if np.isfinite(table.numbers(name)).any()]
-    return (*OF_CONTACT, *known)
+    asked = [
+        name
+        for name in table.names
+        if name not in table.coordinates
+        and (not is_column(name) or name in PEAKS or name.startswith(("von_mises_", "worn_")))
+    ]
+    return (*OF_CONTACT, *asked, *known)
 
 
 class Facts:

@@ -40,10 +40,14 @@ def counts_line(table: CaseTable) -> str:
     )
 
 
-def legend(table: CaseTable, quantities: Sequence[str]) -> str:
-    """A line that says what the cells hold."""
+def legend(table: CaseTable, quantities: Sequence[str], tables: Sequence[Table] = ()) -> str:
+    """A line that says what the cells hold, what they are means over, and what no table shows."""
     if ITERATIONS not in quantities:
-        return f"Cells: {', '.join(quantities)}, the mean of the cases that converged."
+        shown = {"id", *table.coordinates, *ORDER, *quantities}
+        left = [name for name in table.names if name not in shown]
+        others = f" Others: {', '.join(left)}; --cells NAME,... shows them." if left else ""
+        mean = f"the mean {_over(table, tables)}of the cases that converged."
+        return f"Cells: {', '.join(quantities)}, {mean}{others}"
     whole = Facts(table, ITERATIONS).cell(range(len(table)))
     if whole.published is None or whole.ours is None:
         return "Cells: iterations."
@@ -51,6 +55,15 @@ def legend(table: CaseTable, quantities: Sequence[str]) -> str:
         f"Cells: iterations / published ({SOURCE}). Mean of all: {whole.ours:.1f} / "
         f"{whole.published:.1f}."
     )
+
+
+def _over(table: CaseTable, tables: Sequence[Table]) -> str:
+    """What cells are means over: coordinates that differ, and stand in no table and no title."""
+    shown = {name for each in tables for name in (*each.row_names, *each.column_names)}
+    several = [name for name in table.coordinates if len({*table.values(name)}) > 1]
+    over = [name for name in several if name not in shown]
+    alone = bool(over and tables) and not any(each.title for each in tables)
+    return f"over {', '.join(over)} " if alone else ""
 
 
 def bad_cases(table: CaseTable) -> list[str]:
@@ -69,7 +82,7 @@ def markdown(
 ) -> str:
     """Title, counts, and the tables, aligned so that they read well as plain text too."""
     title = printable(table.title) or "Sweep"
-    parts = [f"# {title}", counts_line(table), legend(table, quantities)]
+    parts = [f"# {title}", counts_line(table), legend(table, quantities, tables)]
     for pivot in tables:
         if pivot.title:
             parts.append(f"## {pivot.title}")

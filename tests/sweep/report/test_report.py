@@ -269,7 +269,13 @@ def test_a_study_of_loads_and_materials_is_asked_about_its_contact():
     named = ("max_pressure", "estimated_error")
     (of_peaks,) = make_tables(peaks, quantities=named)
     assert [of_peaks.text((0.3,), (name,)) for name in named] == ["without a bound", "not known"]
-    assert "| max_pressure |" in markdown(study, [one], OF_CONTACT)
+    assert "| max_pressure |" in (shown := markdown(study, [one], OF_CONTACT))
+    assert "Others: estimated_error, warnings; --cells" in shown and "mean of" in shown
+    (mean,) = make_tables(study, ["problem"], quantities=OF_CONTACT)
+    assert "the mean over mu of" in markdown(study, [mean], OF_CONTACT)
+    own = [row | {"slip_work": 1.0, "force_x": 2.0, "von_mises_1": 3.0} for row in rows]
+    asked = asked_about(CaseTable("t", ["problem", "mu"], columns_of(own), Path()))
+    assert {"slip_work", "von_mises_1"} < {*asked} and "force_x" not in asked
     renamed = [{("rho" if key == "mu" else key): v for key, v in row.items()} for row in rows]
     methods = CaseTable("t", ["problem", "rho"], columns_of(renamed), Path())
     assert asked_about(methods) == (ITERATIONS,)
