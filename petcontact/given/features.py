@@ -26,6 +26,8 @@ CONSTANT = frozenset({"pi", "e", "nx", "ny"})
 """Names that are constant on a straight line."""
 PARTS = 8
 """Parts of the interval around a candidate, of which each round keeps a quarter."""
+ROUNDS = 20
+"""Rounds of `PARTS` parts after which an interval has the size of its round-off."""
 MOST_FEATURES = SAMPLES // PARTS
 """Largest number of zeros, extrema or candidates of a function, and of elements that resolve it:
 with more it is rough everywhere."""
@@ -93,11 +95,12 @@ def where_zero(values: Callable[[Array], Array]) -> tuple[Array, Array]:
     below = values(np.concatenate([[0.0], samples, [1.0]])) < 0.0
     ends = np.concatenate([[0.0], samples, [1.0]])
     row, cut = np.nonzero(below[:, 1:] != below[:, :-1])
-    low, high = ends[cut], ends[cut + 1]
-    for _ in range(60 if len(cut) else 0):
-        middle = 0.5 * (low + high)
-        same = (values(middle)[row, np.arange(len(row))] < 0.0) == below[row, cut]
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
+
+    def same(points: Array) -> Mask:
+        found = values(points.ravel()).reshape(-1, *points.shape)
+        return np.asarray((found[row, :, np.arange(len(row))].T < 0.0) == below[row, cut])
+
+    high = _changes(same, ends[cut], ends[cut + 1])
     return high, _around(high, samples) if len(high) else samples
 
 
@@ -280,11 +283,29 @@ def _zeros(node: ast.expr, way: Way, fractions: Array, values: Array) -> Array:
     low, high, below = fractions[cut], fractions[cut + 1], sign[cut]
     if len(cut) > MOST_FEATURES:
         return fractions[edges]  # rough everywhere: the samples show that
-    for _ in range(60 if len(cut) else 0):
-        middle = 0.5 * (low + high)
-        same = np.sign(_values(node, way, middle)) == below
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return np.concatenate([fractions[edges], high])
+
+    def same(points: Array) -> Mask:
+        found = _values(node, way, points.ravel()).reshape(points.shape)
+        return np.asarray(np.sign(found) == below)
+
+    return np.concatenate([fractions[edges], _changes(same, low, high)])
+
+
+def _changes(same: Callable[[Array], Mask], low: Array, high: Array) -> Array:
+    """Return the fractions (c,) at which some functions change, each between two bounds (c,).
+
+    `same` says at which of some fractions (k, c) they are as at the lower bounds. Each round cuts
+    an interval into `PARTS` parts: one call for three bisections.
+    """
+    for _ in range(ROUNDS if len(low) else 0):
+        step = (high - low) / PARTS
+        stays = same(low + step * np.arange(1, PARTS)[:, None])
+        passed = np.logical_and.accumulate(stays, axis=0).sum(axis=0)
+        low, high = (
+            low + passed * step,
+            np.where(stays.all(axis=0), high, low + (passed + 1) * step),
+        )
+    return high
 
 
 def _turns(fractions: Array, values: Array) -> Array:
