@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..round_off import TINY
+from .noise import Noise, noise_of
 from .outline import Side
 
 Fit = TypeVar("Fit")
@@ -27,6 +28,8 @@ OFF = 1e-3
 search for what lies opposite, are off by so much."""
 WITHIN = np.linspace(0.0, 1.0, 17)
 """Places on a side at which this is looked at."""
+AROUND = np.linspace(-1.0, 1.0, 33)
+"""Places over which curvature is averaged, over the reach."""
 LOCAL = 0.1
 """Over the distance of points: the curvature of shorter elements is that in their middle, of longer
 ones that of the arc through it. Round-off of the latter is 1e-16 over the square, times the radius
@@ -44,21 +47,22 @@ NEWTON = 6
 
 def smoothest(
     fit: Callable[[float], Fit], away: Callable[[Fit], float], smooth: float, count: int
-) -> Fit:
-    """Return the fit with the largest sum of squares that is nowhere further away than `smooth`.
+) -> tuple[Fit, float]:
+    """Return the fit with the largest sum of squares that is nowhere further away than `smooth`,
+    and this sum.
 
     Each of `count` points is at most so far away where the sum of squares is at most its square.
     """
     if not smooth:
-        return fit(0.0)
+        return fit(0.0), 0.0
     low, high = 0.0, math.log(count)
-    if away(widest := fit(smooth**2 * math.exp(high))) <= smooth:
-        return widest
+    if away(widest := fit(most := smooth**2 * math.exp(high))) <= smooth:
+        return widest, most
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         nearer = away(fit(smooth**2 * math.exp(middle))) <= smooth
         low, high = (middle, high) if nearer else (low, middle)
-    return fit(smooth**2 * math.exp(low))
+    return fit(most := smooth**2 * math.exp(low)), most
 
 
 def quiet(build: Any, *arguments: Any, **options: Any) -> Any:
@@ -101,41 +105,65 @@ class SmoothCurve:
     mirrored: tuple[bool, bool] = (False, False)
 
     @functools.cached_property
-    def _fitted(self) -> tuple[Any, float, float]:
-        """The spline as FITPACK has it, and the parameters of the first and the last point."""
+    def _given(self) -> tuple[Array, Array, int]:
+        """All points with the images of some (m, 2), their weights, and how many come before."""
+        given = np.array(self.points)
+        image = given[::-1] * [-1.0, 1.0]
+        before, after = (image[:-1] if side else image[:0] for side in self.mirrored)
+        points, first = np.vstack([before, given, after[1:]]), len(before)
+        weight = np.ones(len(points))
+        if not self.closed:
+            weight[[0, first, first + len(given) - 1, -1]] = HELD
+        return points, weight, first
+
+    @functools.cached_property
+    def _fitted(self) -> tuple[Any, Array, float]:
+        """The spline as FITPACK has it, the parameters of all points, and its sum of squares."""
         from scipy import interpolate  # its import takes long, and most problems have no points
 
-        given = np.array(self.points)
-        image, own = given[::-1] * [-1.0, 1.0], len(given)
-        before, after = (image[:-1] if side else image[:0] for side in self.mirrored)
-        points = np.vstack([before, given, after[1:]])
-        first, last = len(before), len(before) + own - 1
-        weight, chords = np.ones(len(points)), np.hypot(*np.diff(points, axis=0).T)
-        if not self.closed:
-            weight[[0, first, last, -1]] = HELD
+        points = self._given[0]
+        chords = np.insert(np.cumsum(np.hypot(*np.diff(points, axis=0).T)), 0, 0.0)
 
         def fit(squares: float) -> tuple[Any, Array]:
-            u = np.insert(np.cumsum(chords), 0, 0.0)
-            by_chords = self._spline(points, weight, u, squares)
-            u = _arc_lengths(by_chords, u)
-            return self._spline(points, weight, u, squares), u
+            u = _arc_lengths(self._spline(points, chords, squares), chords)
+            return self._spline(points, u, squares), u
 
         def away(found: tuple[Any, Array]) -> float:
             off = np.array(interpolate.splev(found[1], found[0])) - points.T
             return float(np.hypot(*off).max())
 
-        spline, u = smoothest(fit, away, self.smooth, len(points))
-        return spline, float(u[first]), float(u[last])
+        (spline, u), squares = smoothest(fit, away, self.smooth, len(points))
+        return spline, u, squares
 
-    def _spline(self, points: Array, weight: Array, u: Array, squares: float) -> Any:
+    def _spline(self, points: Array, u: Array, squares: float) -> Any:
         from scipy import interpolate
 
-        return quiet(interpolate.splprep, points.T, weight, u, s=squares, per=self.closed)[0]
+        weight, closed = self._given[1], self.closed
+        return quiet(interpolate.splprep, points.T, weight, u, s=squares, per=closed)[0]
+
+    def noise_at(self, x: Array, reach: float) -> Noise:
+        """What the noise of the points does to the mean curvature so far on either side of a place
+        (2,), see `noise_of`; without a reach only what it is."""
+        _, u, squares = self._fitted
+        own, along = self.at(u), self.tangents(u)
+        across = np.column_stack([-along[:, 1], along[:, 0]])
+        middle = u[int(np.hypot(*(own - x).T).argmin())]
+        places = np.clip(middle + reach * AROUND, *u[[0, -1]])
+
+        def bend(noise: Array | None) -> float:
+            if noise is None:
+                return float(self.bends(places).mean())
+            again = self._spline(own + noise[:, None] * across, u, squares)
+            return float(_bends(again, places).mean())
+
+        points = self._given[0]
+        return noise_of(u, points, across, self.smooth, bend if reach else None)
 
     @property
     def reach(self) -> tuple[float, float]:
         """Parameters of the first and of the last point [length]."""
-        return self._fitted[1:]
+        u, first = self._fitted[1], self._given[2]
+        return float(u[first]), float(u[first + len(self.points) - 1])
 
     @property
     def length(self) -> float:
@@ -158,8 +186,7 @@ class SmoothCurve:
 
     def bends(self, u: Array) -> Array:
         """Curvatures (n,), positive where the curve turns left [1/length]."""
-        (x, y), (ddx, ddy) = self.at(u, 1).T, self.at(u, 2).T
-        return np.asarray((x * ddy - y * ddx) / np.hypot(x, y) ** 3)
+        return _bends(self._fitted[0], u)
 
     def sides(self, part: str) -> list[Side]:
         """The sides of an outline along the curve, each nearly an arc."""
@@ -271,6 +298,14 @@ class SmoothSide(Side):
         """As of `Side`."""
         back = replace(self, start=self.end, end=self.start, first=self.last, last=self.first)
         return replace(back, curvature=-self.curvature)
+
+
+def _bends(spline: Any, u: Array) -> Array:
+    """Curvatures (n,) of a spline at parameters (n,)."""
+    from scipy import interpolate
+
+    (x, y), (ddx, ddy) = (interpolate.splev(u, spline, derivative) for derivative in (1, 2))
+    return np.asarray((x * ddy - y * ddx) / np.hypot(x, y) ** 3)
 
 
 def _arc_lengths(spline: Any, u: Array) -> Array:

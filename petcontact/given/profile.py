@@ -17,6 +17,7 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.arcs import half_angles
 from ..geometry.fillets import rounded
+from ..geometry.noise import Noise
 from ..geometry.outline import Side
 from ..geometry.smooth_curve import SmoothCurve, SmoothSide
 from ..round_off import WRITTEN
@@ -236,6 +237,10 @@ class CurveProfile(Profile):
         """Number of chords among which those that a ray meets are looked for."""
         return len(self._chords[0]) - 1
 
+    def noise_at(self, x: Array, reach: float) -> Noise:
+        """Return that of the curve."""
+        return self.curve.noise_at(x, reach)
+
     @functools.cached_property
     def _chords(self) -> tuple[Array, Array]:
         """Parameters (n + 1,) and points of chords along the curve, which reach a little beyond
@@ -323,3 +328,7 @@ class Extruded(Shape):
     def beside(self, x: Array, ray: Array) -> Array:
         """Return those of the section."""
         return self.section.beside(*self._across(x, ray)[:2])
+
+    def noise_at(self, x: Array, reach: float) -> Noise:
+        """Return that of the section."""
+        return self.section.noise_at(np.array(self.axes) @ x, reach)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from ..geometry.noise import Noise
 from .features import where_zero
 from .sites import Sites, Way
 from .values import Given, as_given
@@ -43,6 +44,11 @@ class Shape(ABC):
     def beside(self, x: Array, ray: Array) -> Array:
         """Return how far corners lie to one side of lines (k, m), where the distance is rough."""
         return np.empty((0, len(x)))
+
+    def noise_at(self, x: Array, reach: float) -> Noise:
+        """Return what the noise of measured points does to the mean curvature so far on either
+        side of a place (d,)."""
+        return Noise()
 
 
 @dataclass(frozen=True)
@@ -204,6 +210,9 @@ class Distance(Given):
     @property
     def degree(self) -> float:
         return self.source.shape.degree
+
+    def noise_at(self, x: Array, reach: float) -> Noise:
+        return self.source.shape.noise_at(x, reach)
 
     def features(self, way: Way) -> tuple[Array, Array]:
         def beside(fractions: Array) -> Array:

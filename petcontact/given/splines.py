@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from ..geometry.noise import Noise, noise_of
 from ..geometry.smooth_curve import quiet, smoothest
-from ..round_off import SUMMED
 from .sites import Sites
 from .tables.points import Points
 from .values import Given, as_given
 
 BEYOND = 1e-9
 """Share of the extent of the points by which places may lie outside: round-off of positions."""
-NEIGHBOURS = 5
-"""Points of a fourth difference."""
-NORMAL_MEDIAN = 0.6745
-"""Median of the size of a normal variable over its deviation."""
-ALTERNATE = 0.65
-"""Half way between 0.5 of independent values and 0.8 of fourth differences of noise."""
 Fit = Callable[[float], Callable[..., Array]]
 """From the largest sum of squared distances to a function of the columns of places."""
 
@@ -62,9 +55,14 @@ class Spline(Given):
                 )
         return np.asarray(self._spline(*inside.T))
 
-    @functools.cached_property
+    @property
     def _spline(self) -> Callable[..., Array]:
         """The function of the columns of places."""
+        return self._fitted[0]
+
+    @functools.cached_property
+    def _fitted(self) -> tuple[Callable[..., Array], float]:
+        """The function, and its sum of squared distances."""
         table, smooth = self.source.table, self.source.smooth
         places, given = table[:, :-1], table[:, -1]
         fit = _curve(*table.T) if len(table.T) == 2 else _surface(self.key, *table.T)
@@ -74,43 +72,26 @@ class Spline(Given):
 
         return smoothest(fit, away, smooth, len(given))
 
-    @property
-    def noise(self) -> tuple[float, float]:
-        """Noise that the spline follows [length], and its share of second differences [-]."""
-        table = self.source.table
-        if table.shape[1] > 2:
-            return 0.0, 0.0
-        noise, share = noise_of(*table.T)
-        # the largest of n normal values is about so large
-        largest = noise * math.sqrt(2.0 * math.log(len(table)))
-        return (largest, share) if self.source.smooth < largest else (0.0, 0.0)
+    def noise_at(self, x: Array, reach: float) -> Noise:
+        places, *values = self.source.table.T
+        if len(values) > 1:
+            return Noise()
+        own, squares = self._fitted
+        ends = np.clip(x[0] + reach * np.array([-1.0, 1.0]), *places[[0, -1]])
+
+        def bend(noise: Array | None) -> float:
+            again = own if noise is None else _curve(places, own(places) + noise)(squares)
+            slope = again.derivative()  # type: ignore[attr-defined]
+            return float(np.diff(slope(ends))[0] / np.diff(ends)[0])
+
+        across = np.ones((len(places), 1))
+        return noise_of(
+            places, values[0][:, None], across, self.source.smooth, bend if reach else None
+        )
 
     @property
     def words(self) -> str:
         return f"{self.key}: {self.source}"
-
-
-def noise_of(x: Array, y: Array) -> tuple[float, float]:
-    """Return the noise of values (n,) at increasing places (n,), and its share of their second
-    differences.
-
-    Fourth differences of a smooth function are small and keep their signs. Those of noise change
-    sign from place to place with a probability of arccos(-0.8)/π = 0.80. The noise is their median
-    over that of a normal distribution with the same weights. It is 0 if fewer than 0.65 change
-    (J. J. Moré and S. M. Wild, Estimating computational noise, SIAM J. Sci. Comput. 33, 2011).
-    """
-    if len(x) < 2 * NEIGHBOURS:
-        return 0.0, 0.0
-    near, values = (np.lib.stride_tricks.sliding_window_view(c, NEIGHBOURS) for c in (x, y))
-    apart = near[:, :, None] - near[:, None, :]
-    weight = 1.0 / np.where(np.eye(NEIGHBOURS, dtype=bool), 1.0, apart).prod(axis=2)
-    fourth = (weight * values).sum(axis=1) / np.linalg.norm(weight, axis=1)
-    changes = np.mean(fourth[1:] * fourth[:-1] < 0.0)
-    noise = float(np.median(np.abs(fourth))) / NORMAL_MEDIAN
-    if changes < ALTERNATE or noise <= SUMMED * float(np.abs(y).max()):
-        return 0.0, 0.0
-    second = np.diff(np.diff(y) / np.diff(x)) * 0.5 * (x[2:] - x[:-2])
-    return noise, min(1.0, math.sqrt(6.0) * noise / float(np.sqrt(np.mean(second**2))))
 
 
 def _curve(x: Array, y: Array) -> Fit:

@@ -18,6 +18,7 @@ import simpleeval
 
 from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
+from ..geometry.noise import Noise
 from ..runtime.hints import nearest
 from .expressions import FUNCTIONS, parse_expression, plain_value, shown
 from .features import degree, features_of, uniform
@@ -100,10 +101,10 @@ class Given(abc.ABC):
         (n,) between which they are resolved."""
         return np.empty(0), uniform()
 
-    @property
-    def noise(self) -> tuple[float, float]:
-        """Noise of measured values that are followed, and its share of their second differences."""
-        return 0.0, 0.0
+    def noise_at(self, x: Array, reach: float) -> Noise:
+        """Return what the noise of measured values does to the mean curvature so far on either
+        side of a place (d,)."""
+        return Noise()
 
     @property
     def words(self) -> str:

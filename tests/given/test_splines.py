@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from petcontact import InputError, solve
+from petcontact.geometry.noise import Noise
 from petcontact.given import splines
 from petcontact.given.sites import Sites
-from petcontact.given.splines import noise_of
 from petcontact.given.tables.points import Points
 from petcontact.given.values import as_given
 from petcontact.model.case import parse_problem
@@ -58,13 +58,13 @@ def test_a_parabola_through_50_points_is_the_parabola(tmp_path, smooth):
 
 def test_noise_is_told_and_smoothed():
     noisy = PARABOLA + [0.0, 1.0] * np.random.default_rng(1).normal(0.0, 6e-5, (50, 2))
-    noise, share = noise_of(*noisy.T)
-    assert noise == pytest.approx(6e-5, rel=0.5) and share > 0.1
-    assert noise_of(*PARABOLA.T) == (0.0, 0.0)
+    noise = as_given(Points(noisy), "gap").noise_at(np.zeros(2), 0.1)
+    assert noise.largest == pytest.approx(1.7e-4, rel=0.5) and noise.share > 0.1
+    assert as_given(Points(PARABOLA), "gap").noise_at(np.zeros(2), 0.1) == Noise()
     solution, raw = pressure({"points": noisy.tolist()})
-    assert any("noise" in warning for warning in solution.warnings)
+    assert any("which their spline follows" in warning for warning in solution.warnings)
     solution, smooth = pressure({"points": noisy.tolist(), "smooth": 1.8e-4})
-    assert not any("noise" in warning for warning in solution.warnings)
+    assert not any("which their spline follows" in warning for warning in solution.warnings)
     expected = of_the_parabola()
     off = [np.abs(p - expected).max() / expected.max() for p in (raw, smooth)]
     assert off[1] < 0.5 * off[0] and off[1] < 0.05

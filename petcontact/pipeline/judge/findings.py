@@ -36,6 +36,8 @@ KINDS = {
     "fitting gap": Kind("warning"),
     # noise of measured points over their second differences, of which pressures are made
     "noise": Kind("warning", 0.1),
+    # deviation of the largest pressure by noise that is left; two of them are the wanted accuracy
+    "spread": Kind("warning", 5e-3),
     "volume loads": Kind("warning"),
     # for one increment
     "stopped": Kind("failed"),

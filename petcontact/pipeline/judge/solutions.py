@@ -19,6 +19,7 @@ from ...round_off import TINY
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 from .findings import limit_of, new_finding
+from .measured import spread_by_noise
 from .suspicious import suspicious
 from .warnings import unusual
 
@@ -26,6 +27,7 @@ from .warnings import unusual
 def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
     """Return all findings of a solve that ended; what several increments share is listed once."""
     results, tried = solution.steps, solution.tried
+    measured = problem.discrete.sides, problem.discrete.boundaries
     findings = [
         *problem.discrete.findings,
         *_open(results),
@@ -42,6 +44,7 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
         *_oblique(problem.discrete, results),
         *unusual(problem.discrete, results),
         *suspicious(problem.discrete, solution),
+        *(spread_by_noise(*measured, solution.pairs) if results else ()),
     ]
     return list({str(finding): finding for finding in findings}.values())
 

@@ -29,6 +29,7 @@ from ...refinement.meshes import mesh_of
 from ...results.report import Finding
 from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
 from ..judge.findings import new_finding, refuse
+from ..judge.measured import followed_noise
 from ..judge.meshes import check_distances, check_meshes, check_stiffness, too_long_to_bend
 from .facing import (
     contact_interface,
@@ -188,6 +189,7 @@ def discretise(
     facings = facings_of(problem.interfaces, meshes) if like is None else like.facings
     interfaces, distance, findings = _on_meshes(problem, meshes, facings)
     findings += check_distances(problem.interfaces, boundaries, distance)
+    findings += followed_noise(problem.interfaces, boundaries)
     refuse(findings)
     interfaces, laws, data = _law_and_data(problem, boundaries, meshes, interfaces, law)
     data, volumes = with_volume_loads(problem.bodies, meshes, data, like)

@@ -25,7 +25,7 @@ from ...refinement.panels.marks import LONGER
 from ...results.numbers import maximum
 from ...results.report import Finding
 from ...round_off import SINGLE, WRITTEN
-from ..judge.findings import limit_of, new_finding
+from ..judge.findings import new_finding
 
 
 def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None:
@@ -181,13 +181,6 @@ def _findings(
     """
     where = f"pair {side.name!r}"
     by_shape, unilateral = side.law.gap is None, side.law.normal == "unilateral"
-    noise, share = (0.0, 0.0) if side.law.gap is None else side.law.gap.noise
-    if share > limit_of("noise"):
-        text = (
-            f"the points of the gap have a noise of about {noise:.1g}, which their spline follows"
-        )
-        advice = f"give smooth = {2.0 * noise:.1g}"
-        yield new_finding("noise", text, where, advice=advice, measured=share)
     if not met.any():
         return
     if facing is None:
