@@ -178,7 +178,7 @@ class Expression(Given):
                 "is 0.0"
             )
         allowed = "z is known in 3D only, 2D has x and y" if name == "z" else _allowed(sites)
-        hint = nearest(name, [*sites.names]) or f"; {allowed}"
+        hint = nearest(name, [*sites.names, "free"]) or f"; {allowed}"
         return f"{self.key}: unknown name {shown(name)} in expression {shown(self.source)}{hint}"
 
     @property

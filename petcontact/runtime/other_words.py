@@ -23,7 +23,9 @@ SYNONYMS = {
     "load": "traction",
     "free": "traction",
     "block": "rectangle",
-    "cuboid": "box",
+    **dict.fromkeys(("cuboid", "cube", "brick"), "box"),
+    "ball": "sphere",
+    "axisymmetric": "axial",
     "solver": "method",
     "newton": "semismooth-newton",
     "swt": "smith-watson-topper",
@@ -67,7 +69,8 @@ EXPLAINED = {
     ("gravity", "weight"): (
         "weight is [loads] acceleration = [0.0, -9810.0] with material.density (mm/s², t/mm³)"
     ),
-    ("time", "duration", "dt"): "nothing depends on time; increments = 4 divides a step",
+    ("time", "duration", "dt", "t"): "nothing depends on time; increments = 4 divides a step",
+    ("output", "outputs", "results"): "results go to OWN.h5, or `petcontact solve -o FILE.h5`",
     ("spring", "springs", "elastic_support", "winkler"): (
         "there are no springs; `petcontact help operators` makes a bed of them by a superelement"
     ),

@@ -233,6 +233,8 @@ def test_a_byte_order_mark_is_no_key(tmp_path):
         ("boundary.1.part=['top', 'left']", "one text, with a table for each"),
         ("boundary.top.value=[0, 0]", "entries are 0 (bottom), 1 (top)"),
         ("E=3.0", "did you mean material.young_modulus?"),
+        ("boundary.1.value=['Free', 0]", "did you mean 'free'?"),
+        ("geometry.shape='cube'", "did you mean 'box'?"),
         ("gravity=9.81", "weight is [loads] acceleration"),
         ("boundary.2.value=['free', 0.0]", "a free component of a traction is 0.0"),
         ("material.E=3.0", "did you mean 'young_modulus'?"),

@@ -27,14 +27,23 @@ def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
     """The first mistakes of a report as `key: what is allowed, got what was given`, and how many
     more there are."""
     errors = error.errors(include_url=False)
-    wrong_entries = {m["loc"][:-k] for m in errors for k in range(1, len(m["loc"]))}
-    # an array whose entries are wrong is also called too short
-    mistakes = [m for m in errors if m["type"] != "too_short" or m["loc"] not in wrong_entries]
+    keys = [_key(list(m["loc"]), data) for m in errors]
+    # an array whose entries are wrong is also called too short, or no table
+    mistakes = [
+        m
+        for m, key in zip(errors, keys, strict=True)
+        if not (m["type"].endswith(("_type", "too_short")) and _has_inner(key, keys))
+    ]
     # a mistyped key is unknown and, under its right name, missing: the first of the two says what
     # happened
     telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
     lines = "; ".join(" ".join(_mistake(mistake, cls, data).split()) for mistake in telling[:SHOWN])
     return lines + (f"; and {len(telling) - SHOWN} more" if len(telling) > SHOWN else "")
+
+
+def _has_inner(key: str, keys: Sequence[str]) -> bool:
+    """Whether one of the keys lies inside of a key."""
+    return any(other.startswith((f"{key}[", f"{key}.")) for other in keys)
 
 
 def _mistake(mistake: Any, cls: type, data: Any) -> str:
