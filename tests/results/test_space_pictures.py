@@ -15,8 +15,10 @@ from problems import block, contact_pair, posed
 from shapes import closing, moved, problem, solid, touching
 
 from petcontact import solve
+from petcontact.commands.main import main
 from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.results.figures.plots import drawings, plot_on
+from petcontact.results.figures.section import grid_of, outline_of, plane_of
 from petcontact.results.figures.space import draw_gap, draw_normal
 from petcontact.results.figures.surface import best_view
 from petcontact.results.figures.view import Chart
@@ -60,6 +62,31 @@ def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
     with h5py.File(tmp_path / "s.vtkhdf") as file:
         types, error = file["VTKHDF/Types"][()], file["VTKHDF/CellData/traction_error"][()]
     assert set(types) == {12, 22, 28} and np.array_equal(np.isnan(error), types == 12)
+
+
+def test_a_cut_is_what_a_plane_has_in_common_with_the_body(solution, tmp_path, monkeypatch, capsys):
+    """Of the cylinder of radius 1 and height 1: a disc and a rectangle; with a smaller one inside
+    of it as a cavity a ring."""
+    assert plane_of("z = 0.5") == (2, 0.5)
+    disc, rectangle = (outline_of(solution.mesh, *plane_of(text)) for text in ("z=0.5", "x=0"))
+    assert disc.area == pytest.approx(np.pi, rel=0.03) and rectangle.area == pytest.approx(
+        2.0, rel=0.03
+    )
+    inner = SimpleNamespace(triangles=lambda: 0.5 * solution.mesh.triangles() + [0, 0, 0.25])
+    both = [solution.mesh.triangles(), inner.triangles()]
+    ring = outline_of(SimpleNamespace(triangles=lambda: np.concatenate(both)), 2, 0.5)
+    assert ring.area == pytest.approx(0.75 * disc.area)
+    x, triangles = grid_of(ring, 2, 0.5, 40)
+    a, b, c = (x[triangles[:, k], :2] for k in range(3))
+    assert 0.5 * np.abs(np.cross(b - a, c - a)).sum() == pytest.approx(ring.area, rel=0.02)
+    assert np.all(x[:, 2] == 0.5) and np.linalg.norm(x[:, :2], axis=1).min() > 0.45
+    monkeypatch.chdir(tmp_path)
+    solution.save("c.h5")
+    cut = ["field", "c.h5", "--section", "x=0", "--figure", "cut.png", "--grid", "9x9"]
+    assert main(cut) == 0 and sorted(p.name for p in tmp_path.iterdir()) == ["c.h5", "cut.png"]
+    for section, said in (("x=7", "no body lies at x = 7"), ("r=1", "such as y=0")):
+        assert main(["field", "c.h5", "--section", section, "--figure", "cut.png"]) == 2
+        assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("most", [10, 400, 10_000])

@@ -78,6 +78,11 @@ add_arguments = options(
         help="also draw the deformed bodies coloured by a stress (.png, .pdf or .svg)",
     ),
     option(
+        "--section",
+        metavar="y=0",
+        help="of the figure: a cut through bodies in space along a plane across an axis",
+    ),
+    option(
         "--quantity",
         metavar="NAME",
         help="of the figure: von_mises (default), principal_1, sigma_xx, sigma_xy, u, ux, ...",
@@ -117,7 +122,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     fields = {}
     if arguments.points:
         print(points_table(arguments.points, output, solution, arguments.body))
-    else:
+    elif not arguments.section:
         fields = _write_fields(output, solution, arguments, resolution, box)
     if arguments.figure:
         cells = (resolution[0], resolution[1]) if resolution else None
@@ -130,6 +135,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
                 quantity=shown,
                 bodies=arguments.body,
                 window=box,
+                section=arguments.section,
             )
         )
     return 0
@@ -141,6 +147,8 @@ def _check_figure(arguments: argparse.Namespace) -> None:
         raise InputError(
             f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one"
         )
+    if arguments.section and not arguments.figure:
+        raise InputError(f"--section {arguments.section}: is drawn by --figure FILE.png")
     if arguments.revolve is not None and arguments.points:
         raise InputError("--revolve: turns .vtu files, --points writes a table")
     for key in ("grid", "window"):

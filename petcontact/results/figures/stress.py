@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
 from scipy.spatial.distance import cdist
 
-from ...arrays import Array, shown
+from ...arrays import Array
+from ...errors import InputError
 from ...fields.stress_state import Field
 from ...mesh.curve_mesh import as_curve
-from ...mesh.surface_mesh import SurfaceMesh
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import label, legend_below, plain, save
 from ...runtime.hints import demand_name
 from ..body_fields import quantities, quantity
@@ -25,8 +27,10 @@ from ..verdict.text import KEPT, place_of
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside, within
 from ..vtu.places import Places
 from .bands import beyond
+from .curves import headed_end
 from .finite import away_from
 from .plane import draw_outlines, fit_height, place
+from .section import grid_of, outline_of, plane_of
 from .surface import sampled, shade_each
 from .view import View, view_of
 
@@ -65,6 +69,7 @@ def deformed_figure(
     quantity: str = "von_mises",
     bodies: Collection[str] | None = None,
     window: Window | None = None,
+    section: str | None = None,
 ) -> Path:
     """Draw the deformed bodies at the end, coloured by a stress: in the plane inside, in space on
     the surface.
@@ -87,6 +92,8 @@ def deformed_figure(
         Those that are coloured.
     window : two (2,) arrays, optional
         In the plane, corners of the box that is shown [length].
+    section : str, optional
+        In space, the plane of a cut through the bodies as they were: "y=0".
 
     Returns
     -------
@@ -112,6 +119,12 @@ def deformed_figure(
         resolution,
         window,
     )
+    if section is not None:
+        if mesh.dim < 3:
+            raise InputError(f"--section {section}: cuts bodies in space; these are plane")
+        picture = replace(picture, view=replace(picture.view, factor=0.0), across=plane_of(section))
+        save(Path(path), _draw_section, solution, picture)
+        return Path(path)
     save(Path(path), DRAWING[mesh.dim], solution, picture, field or {})
     return Path(path)
 
@@ -125,6 +138,7 @@ class Picture:
     bodies: Sequence[str]
     resolution: tuple[int, int] | None = None
     window: Window | None = None
+    across: tuple[int, float] | None = None
 
     def label(self, solution: SolutionData) -> str:
         """Label of the colour bar."""
@@ -166,6 +180,32 @@ def _draw_plane(
     fit_height(figure, axes, beside=1.6, above=2.1)
 
 
+def _draw_section(figure: Any, solution: SolutionData, picture: Picture) -> None:
+    """What a plane cuts out of the bodies, as they were."""
+    axes, (axis, value) = figure.add_subplot(), picture.across or (0, 0.0)
+    cells = max(picture.resolution or (ALONG,))
+    every = {
+        name: outline_of(as_surface(solution.meshes[name]), axis, value) for name in picture.bodies
+    }
+    if not (cuts := {name: cut for name, cut in every.items() if not cut.is_empty}):
+        raise InputError(f"--section: no body lies at {'xyz'[axis]} = {value:g}")
+    fields = {
+        name: field_inside(solution, grid_of(cut, axis, value, cells), name)
+        for name, cut in cuts.items()
+    }
+    _colour(figure, axes, solution, picture, fields)
+    for cut in cuts.values():
+        for line in shapely.get_parts(shapely.boundary(cut)):
+            axes.plot(*shapely.get_coordinates(line).T, color="black", lw=1.0)
+    first, second = (
+        label(name, solution.problem.units.length) for name in "xyz" if name != "xyz"[axis]
+    )
+    title = f"{headed_end(solution)}, cut at {'xyz'[axis]} = {value:g}"
+    axes.set(xlabel=first, ylabel=second, aspect="equal", title=title)
+    legend_below(axes, 5)
+    fit_height(figure, axes, beside=1.6, above=2.1)
+
+
 def _colour(
     figure: Any, axes: Any, solution: SolutionData, picture: Picture, fields: Mapping[str, Field]
 ) -> None:
@@ -198,7 +238,8 @@ def _largest(
 ) -> tuple[Field, int, float, str]:
     """The field with the largest value, the row of its point that is nearest to it, the value, and
     the words for value and place: those of the verdict where it has them, else of the points."""
-    told = largest_known(solution, picture.quantity, fields) if picture.window is None else []
+    whole = picture.window is None and picture.across is None
+    told = largest_known(solution, picture.quantity, fields) if whole else []
     if told:
         largest, name, place = max(told, key=lambda each: each[0])
         row = int(np.argmin(cdist(fields[name].x, place[None])))
@@ -233,7 +274,8 @@ def largest_known(
 
 def _drawn(picture: Picture, field: Field) -> Array:
     """Where the points of a field are drawn (m, 2)."""
-    return np.asarray(field.x + picture.view.factor * field.u[:, : field.x.shape[1]])
+    x = field.x + picture.view.factor * field.u[:, : field.x.shape[1]]
+    return np.asarray(x if picture.across is None else np.delete(x, picture.across[0], axis=1))
 
 
 def _places(solution: SolutionData, picture: Picture, body: str) -> list[Place]:
@@ -244,8 +286,9 @@ def _places(solution: SolutionData, picture: Picture, body: str) -> list[Place]:
 
 def _without(solution: SolutionData, picture: Picture) -> str:
     """Where colours and the largest leave values out, in words."""
+    size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
     left = {
-        f"{shown(place.x + 0.0, 4)} ({place.sides})"
+        f"{place_of(place.x, size).replace(KEPT, ' ')} ({place.sides})"
         for name in picture.bodies
         for place in _places(solution, picture, name)
     }
