@@ -42,11 +42,13 @@ class Chart:
     wraps: bool = False
 
     def normal(self, place: Array) -> Array:
-        """Return outward unit normals (n, 3) at coordinates (n, 2)."""
+        """Return outward unit normals (n, 3) at coordinates (n, 2), nan where lines of one
+        coordinate meet."""
         step = 1e-5 * float((self.high - self.low).min())
         u, v = (self.at(place + step * unit) - self.at(place - step * unit) for unit in np.eye(2))
         normal = np.cross(u, v)
-        return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 @functools.singledispatch

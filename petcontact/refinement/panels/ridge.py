@@ -79,7 +79,8 @@ class Ridge:
 
 
 def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None:
-    """Return the ridge through the least gap of a face, or None if the gap is not convex there.
+    """Return the ridge through the least gap of a face, or None if the gap is not convex there, or
+    lowest in a corner.
 
     The ridge is followed both ways from there to the rim of the face, to a jump of the gap, or
     round to its beginning. Each step goes on straight, and then across to the least gap.
@@ -104,6 +105,8 @@ def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None
     if not closed:
         before = walk.along(middle, -across)[0][::-1]
         rows = [*((row[0], -row[1], *row[2:]) for row in before), *rows]
+    if len(rows) < 2:  # the least gap is in a corner of the face
+        return None
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(columns[0], axis=0), axis=1)))
     return Ridge(columns[0], columns[1], s, columns[2], columns[3], slope, closed)

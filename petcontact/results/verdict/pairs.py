@@ -143,7 +143,7 @@ def _table(tell: Teller, posed: Any, steps: Sequence[StepResult]) -> list[str]:
             for step, cycle in zip(steps, after, strict=True)
         ],
         **column("force"),
-        **(column("moment") if tell.axial or tell.verbose else {}),
+        **(column("moment") if tell.axial or tell.verbose or not column("force") else {}),
         **column("largest p"),
         "closed": [area[0] for area in areas],
         "slips": [area[1] for area in areas if rubs],

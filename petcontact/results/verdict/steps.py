@@ -86,7 +86,7 @@ def _reaction(tell: Teller, number: Number) -> Iterator[str]:
     """A force or a moment by which a part or an obstacle is held, in words."""
     what, on, part = number.name.partition(" on ")
     turns = what == "moment" or number.name == "held by moment"
-    if turns and not (tell.verbose or (tell.axial and number.size > 0.0)):
+    if turns and not tell.turns(number):
         return
     head = AXIAL["moment"] if tell.axial else "moment"
     if what in AXIAL and on and part != "the primary":

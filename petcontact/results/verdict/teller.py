@@ -71,6 +71,14 @@ class Teller:
         """A number at the end of a step."""
         return self.numbers.get((name, of, step.step, step.cycle))
 
+    def turns(self, moment: Number) -> bool:
+        """Whether a moment is told: where it says something, or there is no force beside it."""
+        if self.verbose or moment.size == 0.0:
+            return self.verbose
+        name = moment.name.replace("held by moment", "held by").replace("moment", "force")
+        force = self.numbers.get((name, *moment.key[1:]))
+        return self.axial or (force is not None and force.size == 0.0)
+
     def is_told(self, step: StepResult, of: str, names: Mapping[str, str]) -> bool:
         """Whether one of some numbers is not 0."""
         numbers = [self.get(step, of, name) for name in names]

@@ -23,6 +23,15 @@ def expected(text, force=0.1, modulus=1000.0):
     return chart, ridge, forecast_of(ridge, chart.at(ridge.points), force, modulus)
 
 
+def test_a_gap_that_is_least_in_a_corner_has_no_ridge():
+    """As a quarter of a ball that is pressed on a quarter of a block."""
+    chart = chart_of(BoxSurface(np.array([0.0, 0.0, -3.0]), np.array([3.0, 3.0, 0.0])), "top")
+    gap = face_gap(chart, as_given("(x**2 + y**2)/8 - 0.02", "gap"), None, None)
+    for start in (np.zeros(2), None):
+        ridge = ridge_of(gap, chart, start)
+        assert ridge is None or len(ridge.s) > 1
+
+
 @pytest.mark.parametrize("ratio", [1.5, 10.0, 100.0])
 def test_the_ellipse_satisfies_hertz(ratio):
     """p0 = 3F/(2πab) makes both curvatures: Johnson 1985, (4.25) by a quadrature of his."""
