@@ -38,44 +38,24 @@ def unbalanced_load(
     if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
     resultant, limits = forces or (modes.resultant, law.admissible())
-    normal = law.groups[1:]
     r, m, k = resultant.shape
     scale = np.maximum(np.abs(resultant).max(axis=(1, 2), initial=0.0), 1e-300)
     size = float(np.abs(modes.load / scale).max(initial=0.0))
-    cap, cohesion = (
-        limits.cap / size,
-        limits.cohesion / size,
-    )  # the unknowns are σ over the size of the loads
-    cone = np.flatnonzero(np.isfinite(cohesion))
-    lower, upper = np.tile(-cap[:, None], k), np.tile(cap[:, None], k)
-    for group in normal:
-        lower[:, group], upper[:, group] = -limits.push[:, None] / size, limits.pull[:, None] / size
-    # unknowns: σ (node after node), and the slacks s+, s- >= 0
+    # the unknowns are σ over the size of the loads, node after node, and the slacks s+, s- >= 0
+    friction = _Friction(law, limits, size)
     equal = np.hstack([(resultant / scale[:, None, None]).reshape(r, m * k), np.eye(r), -np.eye(r)])
     bounds = np.concatenate(
-        [
-            np.column_stack([lower.ravel(), upper.ravel()]),
-            np.tile([0.0, np.inf], (2 * r, 1)),
-        ]
+        [_bounds(law, limits, size, k), np.tile([0.0, np.inf], (2 * r, 1))],
     )
-    slope = np.where(bool(normal), limits.slope, 0.0)
-    tangential = law.groups[0]
-    sides = [
-        _sides(cone, way, slope, law) for way in directions(tangential.stop - tangential.start)
-    ]
-    limit = [cohesion[cone]] * len(sides)
-    capped = np.flatnonzero(np.isfinite(cap))
     # each linear program has the sides that the one before it asked for
     for _ in range(8):
-        polygon = scipy.sparse.vstack(sides)
-        whole = scipy.sparse.hstack(
-            [polygon, scipy.sparse.csr_array((polygon.shape[0], 2 * r))]
-        ).tocsr()
+        polygon = scipy.sparse.vstack(friction.sides)
+        none = scipy.sparse.csr_array((polygon.shape[0], 2 * r))
         answer = scipy.optimize.linprog(
             # a push and a turn may weigh the same: digits do not choose, the first motion is named
             np.concatenate([np.zeros(m * k), np.tile(costs * (1.0 + 1e-3 * np.arange(r)), 2)]),
-            A_ub=whole if polygon.shape[0] else None,
-            b_ub=np.concatenate(limit) if polygon.shape[0] else None,
+            A_ub=scipy.sparse.hstack([polygon, none]).tocsr() if polygon.shape[0] else None,
+            b_ub=np.concatenate(friction.limits) if polygon.shape[0] else None,
             A_eq=equal,
             b_eq=-modes.load / scale / size,
             bounds=bounds,
@@ -88,18 +68,52 @@ def unbalanced_load(
             return np.asarray(-slack * scale * size)
         # a vertex leaves its bounds by the round-off of all tractions, and what HiGHS allows
         sigma = np.clip(answer.x, *bounds.T)[: m * k].reshape(m, k)
-        length = lengths(sigma[:, tangential])
-        pressure = -sigma[:, normal[0]][:, 0] if normal else np.zeros(m)
-        excess = length - np.minimum(cohesion + slope * pressure, cap)
+        if not friction.cuts_off(sigma):
+            return None
+    return None
+
+
+def _bounds(law: ContactLaw, limits: Admissible, size: float, k: int) -> Array:
+    """Return the least and the largest σ over a size, (m k, 2), by the limits of each component."""
+    cap = limits.cap[:, None] / size
+    lower, upper = np.tile(-cap, k), np.tile(cap, k)
+    for group in law.groups[1:]:
+        lower[:, group], upper[:, group] = -limits.push[:, None] / size, limits.pull[:, None] / size
+    return np.column_stack([lower.ravel(), upper.ravel()])
+
+
+class _Friction:
+    """Polygons around the disks of σ_t, over the size of the loads: sides A σ <= b.
+
+    Attributes
+    ----------
+    sides, limits : lists of sparse arrays and of arrays
+        Rows of A and of b.
+    """
+
+    def __init__(self, law: ContactLaw, limits: Admissible, size: float) -> None:
+        self._law, self._normal, self._tangential = law, law.groups[1:], law.groups[0]
+        self._cap, self._cohesion = limits.cap / size, limits.cohesion / size
+        self._slope = np.where(bool(self._normal), limits.slope, 0.0)
+        self._cone = np.flatnonzero(np.isfinite(self._cohesion))
+        ways = directions(self._tangential.stop - self._tangential.start)
+        self.sides = [_sides(self._cone, way, self._slope, law) for way in ways]
+        self.limits = [self._cohesion[self._cone]] * len(self.sides)
+
+    def cuts_off(self, sigma: Array) -> bool:
+        """Add sides where σ (m, k) is outside its disk; False if it is nowhere."""
+        length = lengths(sigma[:, self._tangential])
+        pressure = -sigma[:, self._normal[0]][:, 0] if self._normal else np.zeros(len(sigma))
+        excess = length - np.minimum(self._cohesion + self._slope * pressure, self._cap)
         # so many sides are added to all polygons at a time
         beyond = np.argsort(-excess)[:4]
         beyond = beyond[excess[beyond] > HALF * np.abs(sigma).max(initial=0.0)]
-        if not len(beyond):
-            return None
-        for way in sigma[beyond, tangential] / length[beyond, None]:
-            sides += [_sides(cone, way, slope, law), _sides(capped, way, np.zeros(m), law)]
-            limit += [cohesion[cone], cap[capped]]
-    return None
+        capped, flat = np.flatnonzero(np.isfinite(self._cap)), np.zeros(len(sigma))
+        for way in sigma[beyond, self._tangential] / length[beyond, None]:
+            self.sides += [_sides(self._cone, way, self._slope, self._law)]
+            self.sides += [_sides(capped, way, flat, self._law)]
+            self.limits += [self._cohesion[self._cone], self._cap[capped]]
+        return len(beyond) > 0
 
 
 def directions(dimension: int) -> Array:

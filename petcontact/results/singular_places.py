@@ -319,9 +319,14 @@ class _Body:
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
             return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None
-        size, numbers = self._size(foot), tuple(elements.tolist())
-        inward = math.copysign(1.0, -float(mesh.normal[mesh.first_node[elements[0]]] @ normal))
-        frame = closed.along, inward * normal
-        ends, pressed = np.array([foot, foot]), not closed.partner.bonded
-        place = Place(self._name, ends, numbers, "", size, *frame, math.pi, (), pressed)
-        return math.pi, FREE, place
+        return math.pi, FREE, self._smooth_place(foot, elements, closed)
+
+    def _smooth_place(self, x: Array, elements: Index, closed: Touching) -> Place:
+        """The place on smooth elements that an edge of the other body presses."""
+        mesh = self._mesh
+        outward = float(mesh.normal[mesh.first_node[elements[0]]] @ closed.normal)
+        frame = closed.along, math.copysign(1.0, -outward) * closed.normal
+        ends, pressed, numbers = np.array([x, x]), not closed.partner.bonded, elements.tolist()
+        return Place(
+            self._name, ends, tuple(numbers), "", self._size(x), *frame, math.pi, (), pressed
+        )

@@ -53,55 +53,46 @@ def projection(
     root = np.sqrt(np.abs(weight))
     size = np.bincount(secondary.element, secondary.measure, secondary.n_elements)
     start = np.flatnonzero(np.diff(element, prepend=-1))
-    count, nodes = (
-        np.diff(np.append(start, len(element))),
-        np.diff(secondary.first_node)[element[start]],
-    )
+    count = np.diff(np.append(start, len(element)))
+    nodes = np.diff(secondary.first_node)[element[start]]
     # on an element that faces something almost whole all polynomials are determined, else affine
     # ones
-    whole = (
-        np.add.reduceat(weight, start) >= 0.9 * size[element[start]]
-        if len(start)
-        else np.zeros(0, dtype=bool)
-    )
+    whole = signed = np.zeros(0, dtype=bool)
+    if len(start):
+        whole = np.add.reduceat(weight, start) >= 0.9 * size[element[start]]
+        signed = np.minimum.reduceat(weight, start) < 0.0
     # equal elements are projected together, those that face something only in part one by one
-    signed = np.minimum.reduceat(weight, start) < 0.0 if len(start) else whole
     alike = np.column_stack([count, nodes, signed, np.where(whole, -1, np.arange(len(start)))])
-    rows, columns, entries = (
-        [np.empty(0, dtype=np.int64)],
-        [np.empty(0, dtype=np.int64)],
-        [np.empty(0)],
-    )
+    rows = columns = [np.empty(0, dtype=np.int64)]
+    entries = [np.empty(0)]
     for points, p, negative, one in np.unique(alike, axis=0).tolist():
         chosen = np.flatnonzero((alike == (points, p, negative, one)).all(axis=1))
         place = start[chosen][:, None] + np.arange(points)
         node = secondary.first_node[element[start[chosen]]][:, None] + np.arange(p)
         factor = root[place][:, :, None] * basis[place][:, :, :p]
-        if negative:
-            inverse = np.stack(
-                [
-                    _signed(
-                        inside,
-                        sign,
-                        [*([np.eye(p)] if one < 0 else []), _affine(x), np.ones((p, 1))],
-                    )
-                    for inside, sign, x in zip(
-                        factor, np.sign(weight[place]), secondary.x[node], strict=True
-                    )
-                ]
-            )
-        else:
-            trial = np.eye(p) if one < 0 else _affine(secondary.x[node[0]])
-            inverse = trial @ np.linalg.pinv(factor @ trial)
-        inverse *= root[place][:, None, :]
+        sign = np.sign(weight[place]) if negative else None
+        inverse = _inverses(factor, sign, secondary.x[node], one < 0) * root[place][:, None, :]
         kept = inverse.any(axis=(1, 2))
-        rows.append(np.broadcast_to(node[kept, :, None], inverse[kept].shape).ravel())
-        columns.append(np.broadcast_to(place[kept, None], inverse[kept].shape).ravel())
+        rows = [*rows, np.broadcast_to(node[kept, :, None], inverse[kept].shape).ravel()]
+        columns = [*columns, np.broadcast_to(place[kept, None], inverse[kept].shape).ravel()]
         entries.append(inverse[kept].ravel())
     triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
     project = scipy.sparse.csr_array(triples, shape=(secondary.n_nodes, len(element)))
     seen = _seen(primary, others[segments.other[order]], segments.opposite[order], y[order])
     return scipy.sparse.csr_array(project @ seen)
+
+
+def _inverses(factor: Array, sign: Array | None, x: Array, whole: bool) -> Array:
+    """Return the least-squares inverses (e, p, q) of factors (e, q, p) of elements with nodes (e,
+    p, d), on affine functions where they are not whole; `sign` (e, q) where weights are negative,
+    too."""
+    p = factor.shape[2]
+    if sign is None:
+        trial = np.eye(p) if whole else _affine(x[0])
+        return np.asarray(trial @ np.linalg.pinv(factor @ trial))
+    every = [np.eye(p)] if whole else []
+    trials = ([*every, _affine(nodes), np.ones((p, 1))] for nodes in x)
+    return np.stack([_signed(*each) for each in zip(factor, sign, trials, strict=True)])
 
 
 def _signed(factor: Array, sign: Array, trials: Sequence[Array]) -> Array:

@@ -123,12 +123,14 @@ def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Arra
         initial.append(mesh.on_elements(chosen, at)[0].reshape(-1, 2))
         moved.append(np.repeat(chosen, len(xi)))
         deformed.append((mesh.on_elements(chosen, xi)[0] + factor * values).reshape(-1, 2))
-    loops, ends = mesh.loops(), [mesh.end[loop[-1]][None] for loop in mesh.loops()]
+    loops, curves = mesh.loops(), list[tuple[Array, Array]]()
     still, moving = _curves(loops, number, initial), _curves(loops, moved, deformed)
-    return [
-        (np.vstack([a, a[:1] if closed else end]), np.vstack([b, b[:1]]) if closed else b)
-        for a, b, end, closed in zip(still, moving, ends, _closed(mesh, loops), strict=True)
-    ]
+    for k, closed in enumerate(_closed(mesh, loops)):
+        end = still[k][:1] if closed else mesh.end[loops[k][-1]][None]
+        curves.append(
+            (np.vstack([still[k], end]), np.vstack([moving[k], moving[k][: int(closed)]]))
+        )
+    return curves
 
 
 def _curves(loops: list[Index], numbers: list[Index], points: list[Array]) -> list[Array]:

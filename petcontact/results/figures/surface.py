@@ -197,17 +197,16 @@ def draw_bodies(
     axes.set_proj_type("ortho")
     toward = toward_eye(axes.elev, axes.azim)
     closed, moved = filled_bodies(solution), []
+    middles = 0.5 * (colours.norm.boundaries[1:] + colours.norm.boundaries[:-1])
     polygons, fills, rims = list[Array](), list[Array](), list[Array]()
     for name, body in bodies.items():
-        x = body.x + factor * body.u
-        moved.append(x)
+        moved.append(x := body.x + factor * body.u)
         seen = np.ones(len(x), dtype=bool) if name not in closed else body.normal @ toward > -0.1
         triangles = body.triangles[seen[body.triangles].any(axis=1)]
         pieces, band, owner = cut(x[triangles], body.values[triangles], colours.norm.boundaries)
-        middles = 0.5 * (colours.norm.boundaries[1:] + colours.norm.boundaries[:-1])
         fill = np.where(band[:, None] < 0, UNKNOWN, colours.to_rgba(middles[band]))
-        light = 1.0 - SHADE * (1.0 - np.abs(body.normal[triangles[owner]].mean(axis=1) @ toward))
-        fill[:, :3] *= light[:, None]
+        turned = np.abs(body.normal[triangles[owner]].mean(axis=1) @ toward)
+        fill[:, :3] *= 1.0 - SHADE * (1.0 - turned[:, None])
         polygons += pieces
         fills.append(fill)
         ends = x[body.rims[seen[body.rims].all(axis=1)]]
@@ -215,13 +214,13 @@ def draw_bodies(
         # projection
         ends = ends + 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[:, None, None] * toward
         rims += [*ends[:, [0, 1, 1]]]
-    faces = np.concatenate(fills)
-    edges = np.concatenate([faces, np.tile((0.55, 0.55, 0.55, 0.7), (len(rims), 1))])
-    widths = np.repeat([0.3, 0.35], [len(polygons), len(rims)])
-    faces = np.concatenate([faces, np.zeros((len(rims), 4))])
+    grey, clear = (np.tile(each, (len(rims), 1)) for each in ((0.55, 0.55, 0.55, 0.7), (0.0,) * 4))
     axes.add_collection3d(
         Poly3DCollection(
-            equal_corners(polygons + rims), facecolors=faces, edgecolors=edges, linewidths=widths
+            equal_corners(polygons + rims),
+            facecolors=np.concatenate([*fills, clear]),
+            edgecolors=np.concatenate([*fills, grey]),
+            linewidths=np.repeat([0.3, 0.35], [len(polygons), len(rims)]),
         )
     )
     return np.concatenate(moved)
