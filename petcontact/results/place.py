@@ -41,6 +41,8 @@ class Place:
         like 1/r under a force, or like a logarithm under an apex.
     pressed : bool
         Whether the side θ = 0 is in contact that may part or slide: K is that of the pressure.
+    core : float
+        Distance within which contact does something else than what the modes are of [length].
     """
 
     body: str
@@ -53,6 +55,7 @@ class Place:
     angle: float = math.pi
     expansions: tuple[Expansion, ...] = ()
     pressed: bool = False
+    core: float = 0.0
 
     @property
     def x(self) -> Array:

@@ -41,6 +41,7 @@ from .touching import (
     Does,
     Partner,
     Touching,
+    core_of,
     facing_nodes,
     firmness,
     kind_of,
@@ -159,9 +160,17 @@ class _Body:
             kinds = (does.kind if isinstance(does, Touching) else CLAMPED, FREE)
             expansions = (corner_expansion(math.pi, self.kappa, *kinds, True),) if one else ()
             frame, numbers = (along / max(size, SINGLE), inward), tuple(elements.tolist())
-            ends = np.array([x, x])
             yield Place(
-                self._name, ends, numbers, where, self._size(x), *frame, math.pi, expansions, True
+                self._name,
+                np.array([x, x]),
+                numbers,
+                where,
+                self._size(x),
+                *frame,
+                math.pi,
+                expansions,
+                True,
+                core_of(x, (does,)),
             )
 
     def at_corners(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
@@ -190,6 +199,7 @@ class _Body:
                     angle,
                     expansions,
                     isinstance(does[0], Touching) and not does[0].partner.bonded,
+                    core_of(x, does),
                 )
             if under is not None and own.modes:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
@@ -247,7 +257,7 @@ class _Body:
             return FREE
         normal = pair.normal[rows[closed][0]]
         if weight[slips].sum() <= MOST * weight[closed].sum():
-            return Touching(partner, math.inf, normal, along)
+            return Touching(partner, math.inf, normal, along, self._mesh.x[nodes[slips | ~closed]])
         force = weight[slips] @ self._step.bodies[self._name].traction[nodes[slips]]
         pressed: Array = pair.pressure[rows[slips]]
         friction = 0.0
@@ -258,7 +268,7 @@ class _Body:
             pull = force - (force @ out) * out
             share = float(pull @ way) / (float(np.linalg.norm(pull)) or 1.0)
             friction = round(float(np.sign(force @ out)) * share * most, 6)
-        return Touching(partner, friction, normal, along)
+        return Touching(partner, friction, normal, along, self._mesh.x[nodes[~slips]])
 
     def _expansion(
         self, angle: float, x: Array, does: tuple[Does, Does], bodies: Mapping[str, _Body]
@@ -326,7 +336,13 @@ class _Body:
         mesh = self._mesh
         outward = float(mesh.normal[mesh.first_node[elements[0]]] @ closed.normal)
         frame = closed.along, math.copysign(1.0, -outward) * closed.normal
-        ends, pressed, numbers = np.array([x, x]), not closed.partner.bonded, elements.tolist()
         return Place(
-            self._name, ends, tuple(numbers), "", self._size(x), *frame, math.pi, (), pressed
+            self._name,
+            np.array([x, x]),
+            tuple(elements.tolist()),
+            "",
+            self._size(x),
+            *frame,
+            pressed=not closed.partner.bonded,
+            core=core_of(x, (closed,)),
         )

@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from ..arrays import Array, Complex, Index
+from ..fields.boundary.places import sizes
 from ..geometry.rotation import lifted
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..refinement.corner_modes import REGULAR, Expansion
@@ -57,7 +58,7 @@ def _on_sides(mesh: BoundaryMesh, place: Place, axes: Array) -> tuple[Index, Arr
     side, elements = fits.argmax(axis=1), list(place.elements)
     usable = (
         (fits.max(axis=1) > 1.0)
-        & (NEAREST * place.size < r)
+        & (max(NEAREST * place.size, place.core) < r)
         & (width <= place.width)
         & np.isin(mesh.part[mesh.element], mesh.part[elements])
         & ~np.isin(mesh.element, elements)
@@ -67,6 +68,22 @@ def _on_sides(mesh: BoundaryMesh, place: Place, axes: Array) -> tuple[Index, Arr
     reach = max(FARTHEST * place.size, float(enough) * (1.0 + SINGLE))
     nodes = np.flatnonzero(usable & (r < reach))
     return nodes, flat[nodes], place.angle * side[nodes], reach
+
+
+def _followed(mesh: BoundaryMesh, nodes: Index, r: Array) -> Array:
+    """How far the polynomials of the elements of nodes (n,) at distances (n,) from a place are off
+    from powers of the distance, which have their nearest singularity there, (n,) [-].
+
+    A function of t in [-1, 1] that is singular at t = -1/x is off by ρ^-(p + 1) from its best
+    polynomial of degree p, and ρ = (1 + √(1 - x²))/x. Source: L. N. Trefethen, Approximation Theory
+    and Approximation Practice, 2013, theorem 8.2.
+    """
+    element = mesh.element[nodes]
+    count = np.bincount(element, minlength=mesh.n_elements)[element]
+    middle = (np.bincount(element, r, mesh.n_elements)[element]) / count
+    x = np.minimum(sizes(mesh)[element] / middle, 1.0)
+    rho = (1.0 + np.sqrt(1.0 - x**2)) / x
+    return np.asarray(rho ** -(mesh.order[element] + 1.0))
 
 
 class Sides:
@@ -88,32 +105,49 @@ class Sides:
         u = 2.0 * fields.body.material.shear_modulus * u
         self._data = np.stack([u, traction * self._r[:, None]], axis=1)
         self._weight = np.sqrt(mesh.measure[nodes] / self._r)
+        self._followed = _followed(mesh, nodes, self._r)
+        end = 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
+        self._end, self._size = max(end, place.core), place.size
 
-    def fit(self, expansion: Expansion, share: float) -> list[float]:
-        """Return K of the modes of an expansion, by nodes up to a share of the farthest."""
-        near = (self._r <= share * self._unit)[:, None, None]
+    def fit(
+        self, expansion: Expansion, between: tuple[float, float] = (0.0, 1.0), alike: bool = False
+    ) -> list[float]:
+        """Return K of the modes of an expansion, by nodes between shares of the farthest; all that
+        are fitted count alike, or by what they are expected to be off."""
+        near = (between[0] <= self._r / self._unit) & (self._r / self._unit <= between[1])
         least = min(mode.exponent.real for mode in expansion.modes)
-        rho = self._r / self._unit
-        scale = near * (self._weight * rho**-least)[:, None, None]
         data = self._data[..., 2:]
         if expansion.components == 2:
             data = np.einsum("nij,nkj->nki", self._turn, self._data[..., :2])
         most = 2.0 * expansion.components * int(near.sum()) / ENOUGH
-        matrix = self._terms(expansion, most)
+        matrix, left_out = self._terms(expansion, most)
+        scale = near * self._weight * (self._r / self._unit) ** -least
+        scale /= 1.0 if alike else self._off(least, left_out)
         if matrix.shape[-1] > most:
             return [math.nan] * len(expansion.modes)
-        matrix = (matrix * scale[..., None]).reshape(data.size, -1)
+        matrix = (matrix * scale[:, None, None, None]).reshape(data.size, -1)
         size = np.maximum(np.linalg.norm(matrix, axis=0), np.finfo(float).tiny)
-        parts = iter((_solved(matrix / size, (data * scale).ravel()) / size).tolist())
+        parts = iter(
+            (_solved(matrix / size, (data * scale[:, None, None]).ravel()) / size).tolist()
+        )
         values = list[float]()
         for power in (mode.exponent for mode in expansion.modes):
             value = next(parts) if power.imag == 0.0 else math.hypot(next(parts), next(parts))
             values.append(value * self._unit**-power.real)
         return values
 
-    def _terms(self, expansion: Expansion, most: float) -> Array:
+    def _off(self, least: float, left_out: float) -> Array:
+        """How far rows (n,) are expected to be off, over r^λ, with the least λ of the modes and the
+        least exponent that is left out [-].
+
+        What the elements at the place miss, or its core does otherwise, acts farther out like r^-λ.
+        """
+        polluted = (self._end / self._r) ** (2.0 * least)
+        return np.asarray(self._followed + polluted + (self._r / self._size) ** (left_out - least))
+
+    def _terms(self, expansion: Expansion, most: float) -> tuple[Array, float]:
         """What is fitted: the modes, a translation, and as many of the other terms as there are
-        equations for."""
+        equations for; and the exponent of the first that is left out."""
         columns = [
             self._columns(expansion, mode.exponent, mode.coefficients[:, None])
             for mode in expansion.modes
@@ -122,12 +156,14 @@ class Sides:
         still[:, 0] = self._turn if expansion.components == 2 else 1.0
         columns.append(still)
         free = np.eye(2 * expansion.components, dtype=np.complex128)
+        left_out = REGULAR
         for power in self._powers(expansion):
             more = self._columns(expansion, power, free)
             if sum(each.shape[-1] for each in (*columns, more)) > most:
+                left_out = power.real
                 break
             columns.append(more)
-        return np.concatenate(columns, axis=-1)
+        return np.concatenate(columns, axis=-1), left_out
 
     def _powers(self, expansion: Expansion) -> list[complex]:
         """The exponents of terms without conditions on the sides, increasing."""

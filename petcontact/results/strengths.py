@@ -22,8 +22,9 @@ from .records import StepResult
 from .singular_places import singular_places
 from .strength_fit import Sides
 
-NEARER = 0.5
-"""Share of the distance up to which nodes are fitted, of those that say how certain K is."""
+NEARER, FARTHER = (0.0, 0.5), (0.1, 1.0)
+"""Shares of the distance up to which nodes are fitted, between which those lie that say how certain
+K is."""
 MATTERS = 0.01
 """Share of an element from its end up to which stress grows beyond what is elsewhere, for it to
 matter in the whole element: with λ = 0.7 it is a quarter of that in its middle."""
@@ -140,10 +141,17 @@ def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
         for place in (each for each in places if each.expansions):
             sides = Sides(solution.body_fields(body, step), place)
             for expansion in place.expansions:
-                both = sides.fit(expansion, 1.0), sides.fit(expansion, NEARER)
-                for mode, value, nearer in zip(expansion.modes, *both, strict=True):
-                    spread = float(np.nan_to_num(abs(nearer - value)))
-                    found.append(Fit(place, expansion, mode, value, spread, across))
+                every = np.array(
+                    [
+                        sides.fit(expansion),
+                        sides.fit(expansion, NEARER),
+                        sides.fit(expansion, FARTHER),
+                        sides.fit(expansion, alike=True),
+                    ]
+                )
+                spreads = np.nan_to_num(np.abs(every[1:] - every[0])).max(axis=0)
+                for each in zip(expansion.modes, every[0].tolist(), spreads.tolist(), strict=True):
+                    found.append(Fit(place, expansion, *each, across))
     return found
 
 

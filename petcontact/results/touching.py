@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,12 +61,16 @@ class Touching:
     normal, along : (d,) arrays
         Along which it faces the partner, one way or the other, and along the side, away from the
         corner.
+    unlike : (k, d) array
+        Nodes beside the corner that do something else: contact that sticks on the whole may slip
+        next to its end [length].
     """
 
     partner: Partner
     friction: float
     normal: Array
     along: Array
+    unlike: Array
 
     @property
     def kind(self) -> SideKind:
@@ -86,6 +91,13 @@ Does = Touching | SideKind
 def kind_of(does: Does) -> SideKind:
     """Of a side, as seen from what is rigid."""
     return does.kind if isinstance(does, Touching) else does
+
+
+def core_of(x: Array, does: Iterable[Does | None]) -> float:
+    """The distance from a corner (d,) within which its sides do something else [length]."""
+    unlike = [each.unlike for each in does if isinstance(each, Touching)]
+    away = [np.linalg.norm(points - x, axis=1) for points in unlike]
+    return float(np.concatenate([np.zeros(1), *away]).max())
 
 
 def firmness(does: Does) -> int:

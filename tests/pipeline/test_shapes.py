@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from problems import block, obstacle, posed
+from shapes import cuboid, drawn, moved, problem, rectangle, solid, touching
 
 from petcontact import Obstacle, solve
 from petcontact.errors import InputError
 from petcontact.given.rounded_box import RoundedBox
 from petcontact.given.shapes import Aimed, Ball, Distance, HalfSpace, Rod
 from petcontact.given.sites import Sites
+from petcontact.pipeline.judge.remainders import gap_remainders
 
 R, DEPTH = 2.0, 0.01
 AXIAL = 'symmetry = "axial"\n'
@@ -302,3 +304,29 @@ def test_rays_along_and_across_the_axis_of_a_cylinder():
     x = np.array([[0.5, 0.0, 3.0], [1.5, 0.0, 3.0], [2.0, 0.0, 1.0], [2.0, 0.0, 3.0]])
     ray = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
     assert np.allclose(rod.at(Sites(x, ray)), [1.0, np.inf, 1.0, np.inf])
+
+
+@pytest.mark.parametrize(("shape", "centre"), [("circle", [0.1, 0.3]), ("sphere", [0.1, 0.2, 0.3])])
+def test_a_tool_smaller_than_a_face_leaves_what_its_expression_leaves(shape, centre):
+    """Where the tool is not above the face the surfaces are open; the expression goes on beside
+    it."""
+    d, radius = len(centre), 0.3
+    distance = "+".join(f"({c} - {at})**2" for c, at in zip("xyz", centre[:-1], strict=False))
+    box = rectangle([-1.0, -1.0], [1.0, 0.0]) if d == 2 else cuboid([-1.0] * 3, [1.0, 1.0, 0.0])
+    sides = ("left", "right", "front", "back")[: 2 * d - 2]
+    free = [drawn(part, [0.0] * d) for part in sides]
+    mesh = {"element_size": 0.25}
+    body = solid("block", box, moved("bottom", [0.0] * d), *free, mesh=mesh)
+    tool = {"name": "tool", "displacement": [0.0] * (d - 1) + [-0.05]}
+    shapes = {"shape": shape, "centre": centre, "radius": radius}
+    up = [0.0] * (d - 1) + [1.0]
+    gap = f"{radius} - sqrt(max({radius}**2 - ({distance}), 0))"
+    left = []
+    for own, law in ((shapes, {}), ({}, {"gap": gap, "direction": up})):
+        pair = touching("c", "block.top", "tool", **law)
+        solution = solve(problem(body=[body], obstacle=[tool | own], contact=[pair]))
+        mesh, pair = solution.meshes["block"], solution.last.pairs["c"]
+        (remainder,) = gap_remainders(solution.posed, [mesh], [solution.nodes["c"]])
+        assert np.isinf(pair.gap).any() == (own is shapes)
+        left.append(remainder.squares(pair).sum())
+    assert left[0] == pytest.approx(left[1], rel=0.2)

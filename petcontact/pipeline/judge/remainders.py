@@ -92,9 +92,17 @@ class GapRemainder:
     ) -> None:
         self._mesh, self._nodes, self._stiffness = mesh, nodes, stiffness
         assert side.law.gap is not None
-        self._samples, nodal = samples_of_datum(side.law.gap, side.part, mesh)
-        self._left = self._samples.left(nodal)[:, 0]
+        self._gap = side.law.gap
+        self._samples, nodal = samples_of_datum(self._gap, side.part, mesh)
+        self._nodal = nodal[nodes, 0]
         self._size = element_sizes(mesh)
+
+    @functools.cached_property
+    def _unfaced(self) -> Mask:
+        """At which samples nothing is opposite, (q,)."""
+        mesh, element, place = self._mesh, self._samples.element, self._samples.place
+        sites = Sites(*mesh.at(element, place), mesh.arc_lengths(element, place))
+        return np.isinf(self._gap.near(sites, np.inf))
 
     @functools.cached_property
     def _rough(self) -> Array:
@@ -139,13 +147,18 @@ class GapRemainder:
         """Return the distance of the surfaces at the samples (q,) [length] and the elements in
         contact.
 
+        The given gap changes as at the nodes. Nodes with nothing opposite change as the others do
+        in the mean: a tool may be smaller than an element. A sample with nothing opposite is open.
         An element (n_elements,) is in contact if one of its nodes is.
         """
-        at_nodes = np.zeros(self._mesh.n_nodes)
-        at_nodes[self._nodes] = np.where(np.isfinite(pair.gap), pair.gap, 0.0)
+        changes, faced = np.zeros(self._mesh.n_nodes), np.isfinite(pair.gap)
+        changed = (pair.gap - self._nodal)[faced]
+        changes[self._nodes] = changed.mean() if changed.size else 0.0
+        changes[self._nodes[faced]] = changed
         touched = np.zeros(self._mesh.n_elements, dtype=bool)
         touched[self._mesh.element[self._nodes[pair.state != OPEN]]] = True
-        return self._left + self._samples.basis @ at_nodes, touched
+        opening = self._samples.values[:, 0] + self._samples.basis @ changes
+        return np.where(self._unfaced, np.inf, opening), touched
 
     def _of_waves(self, pressure: Array, opening: Array) -> Array:
         """Return the L2 norm of the pressure that the gap's remainder causes on each element,
