@@ -24,11 +24,14 @@ class Step:
     increments : int or "auto"
     is_divided : bool
         Whether the config names the increments.
+    until : "sliding", optional
+        What ends it before all its loads act: a whole contact slips.
     """
 
     name: str = ""
     increments: int | Literal["auto"] = 1
     is_divided: bool = False
+    until: str | None = None
 
 
 HOLD = "hold"

@@ -222,17 +222,48 @@ class Step(Model):
         Equal increments; "auto" begins with one and halves where the solver fails or the path error
         is too large. Steps that do not name it take 4, 16 or 64, together at most 64, if the
         error of the path would exceed the wanted accuracy; they grow with a contact that begins.
+    until : "sliding", optional
+        Ends the step where a whole contact slips, if that is before all its loads act. The load
+        factor that is reached is a result.
     boundary, obstacle, contact, point_force, loads : lists
         What changes; the rest keeps the values it has at the end of the step before.
     """
 
     name: str = ""
     increments: Increments = 1
+    until: Literal["sliding"] | None = pydantic.Field(default=None, kw_only=True)
     boundary: tuple[BoundaryChange, ...] = ()
     obstacle: tuple[ObstacleChange, ...] = ()
     contact: tuple[ContactChange, ...] = ()
     point_force: tuple[PointForceChange, ...] = ()
     loads: tuple[LoadsChange, ...] = ()
+
+
+def check_until(steps: Sequence[Step], friction: Sequence[bool], in_cycle: range) -> None:
+    """Refuse steps that end where a contact slips, if none can, or what follows cannot begin there.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+    friction : sequence of bool
+        Whether each contact has friction.
+    in_cycle : range
+        Numbers of the steps of a cycle, from 1.
+
+    Raises
+    ------
+    InputError
+    """
+    for k in [k for k, step in enumerate(steps) if step.until]:
+        trouble = {
+            "no contact has friction, and so none can slide": not any(friction),
+            "a step of a cycle ends where its loads all act": k + 1 in in_cycle,
+            "the two steps before a later step have it both; give it to one of them": (
+                k + 2 < len(steps) and steps[k + 1].until is not None
+            ),
+        }
+        for text in [text for text, holds in trouble.items() if holds]:
+            raise InputError(f"step[{k}].until: {text}")
 
 
 def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:

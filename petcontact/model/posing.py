@@ -18,7 +18,7 @@ def posed(problem: Any) -> Posed:
         problem.interfaces,
         tuple(map(tuple, problem.obstacles_at)),
         tuple(
-            Step(step.name, step.increments, "increments" in step.model_fields_set)
+            Step(step.name, step.increments, "increments" in step.model_fields_set, step.until)
             for step in problem.step
         ),
         _cycle(problem),

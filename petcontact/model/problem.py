@@ -36,9 +36,9 @@ from .bodies import (
     Symmetry,
     Traction,
 )
-from .cycle import Cycle, check_cycle
+from .cycle import Cycle, check_cycle, cycle_steps
 from .interfaces import check_pairs, posed_interfaces, within_reach
-from .load_steps import Step, changed_condition, changed_obstacles, check_step
+from .load_steps import Step, changed_condition, changed_obstacles, check_step, check_until
 from .loads import PointForce, VolumeLoads, check_material
 from .obstacles import Obstacle
 from .posed_bodies import posed_body
@@ -272,9 +272,10 @@ class Problem(Setting):
                 check_material("loads" if self.is_flat else f"body[{k}].loads", body, body.loads)
         for k, step in enumerate(self.step):
             check_step(f"step[{k}]", step, self.body, obstacles)
-        posed_interfaces(self)
+        friction = [law.has_friction for side in posed_interfaces(self) for law in side.laws]
         if self.cycle is not None:
             check_cycle(self, self.cycle)
+        check_until(self.step, friction, cycle_steps(self))
         return self
 
     @pydantic.model_validator(mode="after")

@@ -204,6 +204,7 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
         "step": step.step,
         "cycle": step.cycle or None,
         "origin": step.origin,
+        "sliding": step.sliding or None,
         "load_factor": step.load_factor,
         "status": step.status,
         "reason": step.reason,
@@ -417,5 +418,6 @@ def _read_step(place: Any, history: History) -> StepResult:
         float(facts["residual"]),
         history,
         int(facts.get("cycle", 0)),
-        int(facts["origin"]) if "origin" in facts else None,
+        float(facts["origin"]) if "origin" in facts else None,
+        str(facts.get("sliding", "")),
     )

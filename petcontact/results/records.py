@@ -229,8 +229,11 @@ class StepResult:
         A row an iteration.
     cycle : int
         Of a step of a cycle, how many cycles are done with it; else 0.
-    origin : int, optional
-        Number of the step at whose end the step begins, if not the one before.
+    origin : float, optional
+        Number of the step at whose end the step begins, if not the one before; 1.4 where 0.4 of
+        the second step was reached.
+    sliding : str
+        Name of the contact that slips as a whole, which ends a step with `until = "sliding"`.
     findings : tuple of Finding
         What checks found of it; status and reason follow from them. Files do not have them.
     """
@@ -250,7 +253,8 @@ class StepResult:
     residual: float = math.nan
     history: History = field(default_factory=History)
     cycle: int = 0
-    origin: int | None = None
+    origin: float | None = None
+    sliding: str = ""
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
@@ -274,8 +278,27 @@ class StepResult:
     @property
     def shares(self) -> dict[int, float]:
         """Of the loads at the ends of steps, by their number."""
-        origin = self.step - 1 if self.origin is None else self.origin
-        return {origin: 1.0 - self.load_factor, self.step: self.load_factor}
+        return shares_of_states(self.step, self.load_factor, self.origin)
+
+    @property
+    def ends(self) -> bool:
+        """Whether the step ends with it: all its loads act, or a contact slips as asked for."""
+        return self.load_factor == 1.0 or bool(self.sliding)
+
+
+def shares_of_states(step: int, factor: float, origin: float | None) -> dict[int, float]:
+    """Return the shares of the loads at the ends of steps, by their number.
+
+    >>> shares_of_states(3, 0.5, None), shares_of_states(3, 0.5, 1.25)
+    ({2: 0.5, 3: 0.5}, {1: 0.375, 2: 0.125, 3: 0.5})
+    """
+    begun = step - 1 if origin is None else origin
+    state = math.floor(begun)
+    later = begun - state
+    shares = {state: (1.0 - later) * (1.0 - factor)}
+    if later:
+        shares[state + 1] = later * (1.0 - factor)
+    return shares | {step: factor}
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,7 @@ def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
     for k, result in enumerate(results):
         depth = result.residuals["between"]
         between = overlap_of(result)
-        ends = result.status == "converged" and result.load_factor == 1.0
+        ends = result.status == "converged" and result.ends
         if (
             between is not None
             and ends

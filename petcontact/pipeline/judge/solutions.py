@@ -164,7 +164,7 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
     """
     findings = []
     for number in _unloaded(problem):
-        ends = [r for r in results if r.step == number and r.load_factor == 1.0]
+        ends = [r for r in results if r.step == number and r.ends]
         for name in ends[0].pairs if ends else ():
             left, *pressed = (
                 float(r.pairs[name].pressure.max(initial=0.0)) for r in (ends[0], *results)

@@ -170,7 +170,7 @@ def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
     rough = dict.fromkeys(
         result.name
         for result in results
-        if overlap_of(result) and (result.load_factor == 1.0 or _is_asked_for(discrete, result))
+        if overlap_of(result) and (result.ends or _is_asked_for(discrete, result))
     )
     text = "surfaces overlap between nodes in some increments: their tractions are rough"
     return [

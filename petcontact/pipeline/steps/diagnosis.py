@@ -14,6 +14,7 @@ from ..judge.findings import new_finding
 from ..judge.increments import STILL
 from .hulls import forces_at_corners
 from .increment import Increment, amplitudes
+from .sliding import slipping_words
 
 MOTIONS = {
     (2, 2): ("along x", "along y"),
@@ -136,7 +137,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     stepped = problem.discrete.posed.steps or increment.target < 1.0
     where = f" at load factor {increment.target:.4g}{_of_step(increment)}" if stepped else ""
     if text := unheld(increment, where):
-        return text
+        return f"{text}{slipping_words(increment)}"
     if text := unheld_at_the_end(increment):
         return text
     push = None
@@ -149,7 +150,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
         if strained < STILL * np.abs(system.modes.motion @ motion).max():
             push = motion
     if push is None:
-        return f"{outcome.reason}{where}"
+        return f"{outcome.reason}{where}{slipping_words(increment)}"
     name, way = _pushed(increment, push)
     if unbalanced_load(system.modes, increment.law) is not None:
         return (

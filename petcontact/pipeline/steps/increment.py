@@ -23,6 +23,7 @@ from ...errors import SolverError
 from ...geometry.rotation import Motions
 from ...given.interfaces import Law, PosedInterface
 from ...given.posed import HOLD, WHOLE_LOAD, Obstacle, Step
+from ...results.records import shares_of_states
 from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
 from ...runtime.ranks import agreed_reason
 from ..judge.between_nodes import Sampling, places_between
@@ -280,13 +281,16 @@ class Increment:
         Load factor in (0, 1].
     begun : float
         Load factor of the state before.
-    origin : int, optional
-        Number of the step at whose end this one begins, if that is not the one before.
+    origin : float, optional
+        Number of the step at whose end this one begins, if that is not the one before; 1.4 where
+        0.4 of the second step was reached.
     cycle : int
         Number of cycles done at its end; 0 outside of cycles.
     layer : (M,) array, optional
         Wear of the increment: the gap opens by `layer` times p, beyond the depth worn before
         [length/stress].
+    sliding : str
+        Name of the contact that slips as a whole at its end, which ends the step.
     """
 
     problem: PreparedProblem
@@ -296,9 +300,15 @@ class Increment:
     before: IncrementState
     target: float
     begun: float = 0.0
-    origin: int | None = None
+    origin: float | None = None
     cycle: int = 0
     layer: Array | None = None
+    sliding: str = ""
+
+    @property
+    def ends(self) -> bool:
+        """Whether the step ends with it."""
+        return self.target == 1.0 or bool(self.sliding)
 
     def ending_at(self, target: float) -> Increment:
         """Return the increment from the same state to another load factor of the step."""
@@ -317,8 +327,8 @@ class Increment:
     def shares(self) -> Array:
         """Weights of the load states, (K,)."""
         shares = np.zeros(len(self.problem.system.base))
-        shares[self.number - 1 if self.origin is None else self.origin] += 1.0 - self.target
-        shares[self.number] += self.target
+        for state, share in shares_of_states(self.number, self.target, self.origin).items():
+            shares[state] = share
         return shares
 
     @functools.cached_property

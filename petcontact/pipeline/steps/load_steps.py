@@ -25,6 +25,7 @@ from .diagnosis import is_unbalanced
 from .halves import PATH_ERROR, Halves, touching
 from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedProblem, given_overlap
 from .outcome import step_result
+from .sliding import up_to_sliding
 from .wear import Tried, with_wear
 
 LOG = logging.getLogger(__name__)
@@ -63,7 +64,7 @@ def increments(
     cycle = posed.cycle_steps
     for number, step in enumerate(problem.steps, 1):
         passed = bool(done) and number < done[-1].step
-        reached = max((r.load_factor for r in done if r.step == number), default=float(passed))
+        reached = 1.0 if passed else _reached(number, done)
         solving: Iterable[Tried] = ()
         if reached < 1.0:
             problem = _from_step(problem, number, done)
@@ -79,19 +80,32 @@ def increments(
                 problem.motions(number, begun),
                 state,
                 reached,
+                origin=_origin(number, done),
                 cycle=int(number in cycle),
             )
             solving = _step(increment, monitor)
         if number in cycle and number == cycle[-1] and not passed:
             solving = itertools.chain(solving, _cycled(problem, done, monitor, rows))
         for tried in solving:
-            ends = tried[0].target == 1.0 or not tried[1].converged
+            ends = tried[0].ends or not tried[1].converged
             result = step_result(*tried, checked=checked and ends)
             done.append(result)
             yield result
             if result.status != "converged":
                 return
             state = tried[2]
+
+
+def _reached(number: int, done: Sequence[StepResult]) -> float:
+    """Return the share of a step that its increments have reached; 1 where they have ended it."""
+    own = [result for result in done if result.step == number]
+    return max((1.0 if result.ends else result.load_factor for result in own), default=0.0)
+
+
+def _origin(number: int, done: Sequence[StepResult]) -> float | None:
+    """Return where a step begins, if the one before ended before all its loads acted."""
+    before = [r for r in done if r.step == number - 1][-1:]
+    return number - 2 + before[0].load_factor if before and before[0].sliding else None
 
 
 def _cycled(
@@ -200,6 +214,12 @@ def _is_doubtful(increment: Increment) -> bool:
 
 
 def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
+    """Yield the increments of a step, up to where a contact slips if the step ends there."""
+    solving = _divided(increment, monitor)
+    return up_to_sliding(solving, monitor) if increment.step.until else solving
+
+
+def _divided(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     """Yield the increments of a step, from an increment of length zero at its start.
 
     Where it is known at which load factors the increments of "auto" end, they are solved without
@@ -303,8 +323,8 @@ def _preload(problem: PreparedProblem, done: StepResult, name: str) -> tuple[flo
     """Return the overlap that the preload of an interface has brought about, and the force."""
     face = next(face for face in problem.system.interfaces if face.name == name)
     shares = np.zeros(len(problem.system.base))
-    shares[done.step - 1 if done.origin is None else done.origin] += 1.0 - done.load_factor
-    shares[done.step] += done.load_factor
+    for state, share in done.shares.items():
+        shares[state] = share
     pair = done.pairs[name]
     return pair.overlap - given_overlap(face, shares), float(pair.weight @ pair.pressure)
 

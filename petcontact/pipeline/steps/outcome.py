@@ -74,7 +74,7 @@ def step_result(
         increment.law,
         problem.places,
         outcome,
-        closed=increment.target == 1.0,
+        closed=increment.ends,
     )
     residuals |= {
         "overlap": overlap.at_nodes,
@@ -110,6 +110,7 @@ def step_result(
         outcome.history,
         increment.cycle,
         increment.origin,
+        increment.sliding,
         tuple(findings),
     )
 
@@ -188,7 +189,7 @@ def _solved_findings(
     overlap: Overlap,
 ) -> list[Finding]:
     """Return the findings of an increment whose equations are solved."""
-    last = increment.target == 1.0
+    last = increment.ends
     # no mesh has nodes at the place where a contact begins to grow; `rough_step` judges the steps
     # before the last one
     ends = last and increment.number == len(increment.problem.steps)

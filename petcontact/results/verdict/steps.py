@@ -28,12 +28,17 @@ def _progress(tell: Teller, increments: list[StepResult]) -> list[str]:
     way = "reached" if last.status == "converged" else "failed at"
     whole = (last.load_factor, way) == (1.0, "reached")
     items = [f"{way} {last.load_factor:.4g}"]
+    given = tell.solution.posed.steps
+    if last.sliding:
+        items += [f"there contact {printable(last.sliding)} slips as a whole"]
+    elif whole and given and given[last.step - 1].until:
+        return wrapped(f"  {label(last)}: ", ["all loads act, no contact slips as a whole"])
     if tell.verbose:
         count = sum(step.iterations for step in increments)
         items += [f"{len(increments)} increments", f"{count} iterations"]
     elif whole:
         return []
-    if not whole and solved:
+    if not whole and solved and not last.sliding:
         items.append(f"numbers are of {solved[-1].load_factor:.4g}, the last solution")
     return wrapped(f"  {label(last)}: ", items)
 

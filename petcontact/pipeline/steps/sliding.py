@@ -1,0 +1,99 @@
+"""The load of a step at which a whole contact slips: where `until = "sliding"` ends the step.
+
+Friction carries the share ∫|σ_t| / ∫b of what it could carry at the pressures there, b being the
+bound. It is 1 where the whole contact slips. Beyond that load a force has no solution, while under
+a motion the contact slips on. The load is found between the increment before and one beyond.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Array
+from ...contact.friction_law import lengths
+from ...contact.law_protocol import friction_bound
+from ...round_off import SINGLE
+from .increment import Increment, Monitor
+from .wear import Tried, with_wear
+
+RESOLVED = 1e-4
+"""Share of friction that may be left where a contact slips, and of the load to which that is
+found."""
+NEARLY = 0.98
+"""Share of friction from which on a load without a solution is taken for one beyond the load at
+which the contact slips. A taper that is pulled off carries 0.998 at 0.998 of that load."""
+
+
+def slipping(increment: Increment, sigma: Array) -> tuple[float, str]:
+    """Return the largest share of its friction that a contact carries, and the name of it."""
+    problem, bound = increment.problem, friction_bound(increment.law, sigma)
+    shear, weight = lengths(sigma[:, : problem.system.components - 1]), problem.system.weight
+    sums = dict[str, Array]()
+    for side, where in zip(problem.discrete.sides, problem.system.slices, strict=True):
+        acting = weight[where] @ np.column_stack([shear[where], bound[where]])
+        sums[side.group] = sums.get(side.group, np.zeros(2)) + acting
+    shares = [(float(q / b), name) for name, (q, b) in sums.items() if 0.0 < b < np.inf]
+    return max(shares, default=(0.0, ""))
+
+
+def slipping_words(increment: Increment) -> str:
+    """Return what ends the message of an increment that failed where a contact nearly slips."""
+    share, name = slipping(increment, increment.before.sigma)
+    if share < NEARLY:
+        return ""
+    return (
+        f"; contact {name!r} has used {100.0 * share:.1f} % of its friction at load factor "
+        f"{increment.begun:.4g}, which is near the limit load: give a motion instead of a force, "
+        'or the step until = "sliding"'
+    )
+
+
+def up_to_sliding(solving: Iterable[Tried], monitor: Monitor | None) -> Iterator[Tried]:
+    """Yield the increments of a step up to the one at whose end a whole contact slips."""
+    for tried in solving:
+        solved = tried[1].converged
+        if tried[1].stopped or (solved and slipping(*_end(tried))[0] < 1.0 - RESOLVED):
+            yield tried
+            continue
+        found = _found(tried, monitor)
+        share, name = slipping(*_end(found))
+        slides = found[1].converged and share >= NEARLY
+        yield (replace(found[0], sliding=name), *found[1:]) if slides else tried
+        return
+
+
+def _end(tried: Tried) -> tuple[Increment, Array]:
+    return tried[0], tried[1].sigma
+
+
+def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
+    """Return the increment that ends where a contact slips, or the last one before that.
+
+    What friction could carry more is taken to fall linearly with the load, which it does under a
+    force on one body. Each try leaves at most nine tenths of the interval.
+    """
+    increment, low, high = beyond[0], beyond[0].begun, beyond[0].target
+    above, below = beyond if beyond[1].converged else None, beyond
+    points = [(low, 1.0 - slipping(increment, increment.before.sigma)[0])]
+    while high - low > RESOLVED * high:
+        (a, left_a), (b, left_b) = points[-2:] if len(points) > 1 else 2 * points
+        guess = 0.5 * (low + high)
+        if left_a > left_b:
+            guess = b + (b - a) * (left_b - 0.5 * RESOLVED) / (left_a - left_b)
+        target = float(np.clip(guess, 0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high))
+        following = increment.ending_at(target)
+        tried = with_wear(following, following.solved(monitor), monitor)
+        left = 1.0 - slipping(*_end(tried))[0]
+        if tried[1].stopped:
+            return tried
+        if tried[1].converged and left >= RESOLVED:
+            low, below = target, tried
+            points.append((low, left))
+            continue
+        high, above = target, tried if tried[1].converged else above
+        if tried[1].converged and left > SINGLE:
+            break  # under a force: the last of it
+    return above or below
