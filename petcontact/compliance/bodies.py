@@ -189,9 +189,10 @@ class BodiesSystem:
                 self._apply, (self.size, self.k), motions, comm, self.surrogate, text
             )
             return shared_by(cases, products, self.base.shape[1], comm)
-        mapped = zip(self.bodies, self._maps, strict=True)
-        shares = (maps.seen(maps.felt(body.compliance.T).T) for body, maps in mapped)
-        dense = DenseCompliance(functools.reduce(np.add, shares), comm, self.surrogate)
+        total = np.zeros((self.k * self.size, self.k * self.size))
+        for body, maps in zip(self.bodies, self._maps, strict=True):
+            maps.add_compliance(body.compliance, total)
+        dense = DenseCompliance(total, comm, self.surrogate)
         return shared_by(cases, dense, self.base.shape[1], comm)
 
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:

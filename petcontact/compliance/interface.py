@@ -210,6 +210,17 @@ class ContactMaps:
     def _onto_body(self) -> scipy.sparse.csc_array:
         return scipy.sparse.csc_array(self.traction.T)
 
+    def add_compliance(self, own: Array, total: Array) -> None:
+        """Add a body's compliance (k m_c, k m_c) to that of all interfaces (k M, k M).
+
+        Only rows of interfaces that the body has are touched: of many bodies each has a few.
+        """
+        entries = np.diff(self.displacement.indptr) + np.diff(self.traction.indptr)
+        rows = np.flatnonzero(entries)
+        carried = np.ascontiguousarray(own.T)
+        felt = np.ascontiguousarray((self.traction[rows] @ carried).T)
+        total[np.ix_(rows, rows)] += self.displacement[rows] @ felt
+
     def seen(self, moved: Array) -> Array:
         """Return the v that a displacement of the body causes."""
         return np.asarray(self.displacement @ moved)
