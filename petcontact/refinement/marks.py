@@ -191,6 +191,25 @@ class GradedOutline:
             for arcs, side in zip(lowest, self.outline.sides, strict=True)
         ]
 
+    def meets_at_points(self, side: int, far: float) -> bool:
+        """Return whether two bodies meet near the lowest places of the gaps along a side only.
+
+        This is so where each gap exceeds its least value by more than `far` times the side on more
+        than half of it: displacements that are small do not close it there. Meshes are graded to
+        those places, and need no small elements between them. Gaps that are given are not looked
+        at: one body has few sides.
+        """
+        if any(gap.kind != "distance" for gap in self.gaps[side]):
+            return False
+        whole = np.linspace(0.0, 1.0, 1 + 8 * UNSEEN)
+        gaps = [gap.values(whole)[:, 0] for gap in self.gaps[side]]
+        limit = far * self.outline.sides[side].length
+        return bool(gaps) and all(
+            np.count_nonzero(gap - np.nanmin(gap) <= limit) < 0.5 * len(whole)
+            for gap in gaps
+            if np.isfinite(gap).any()
+        )
+
     def touching_beside(self, side: int, places: Collection[float]) -> dict[float, float]:
         """Return what `touching` has of a side, without arc lengths that are one of some places."""
         return {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ...geometry.same_place import TOLERANCE
 from ..curve_building import build_mesh
 from ..curve_mesh import CurveMesh
 from .common_breakpoints import SideMesh
+from .contact_search import NEAR
 from .curves import Curves
 from .ray_casting import along
 
@@ -55,25 +56,40 @@ def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
 @dataclass(frozen=True)
 class CurveProjection:
     """The `PartProjection` between the sides of two parts, with their curves and a direction, if
-    given."""
+    given.
+
+    Points that are farther apart than `reach` do not meet [length].
+    """
 
     secondary: tuple[int, Index]
     primary: tuple[int, Index]
     own: Curves
     other: Curves
     direction: Array | None
+    reach: float = np.inf
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
         """Project along the secondary's outward normals, or along the direction."""
         x, normal = self.own.at(np.full(len(fractions), side), fractions)
         hits = self.other.cast(x, along(self.direction, normal))
-        return hits.face, hits.place
+        return np.where(hits.distance <= self.reach, hits.face, -1), hits.place
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
         """Project by perpendiculars, or against the direction."""
         x, normal = self.other.at(np.full(len(fractions), side), fractions)
         hits = self.own.comes_from(x, normal, self.direction)
-        return hits.face, hits.place
+        return np.where(hits.distance <= self.reach, hits.face, -1), hits.place
+
+    def near(self) -> CurveProjection:
+        """Return the projection between those parts of both that elements should match on.
+
+        They are as near as the nearest ones, and `NEAR` times the size of the secondary. A roller
+        does not hand the joints of the race on its far side to all other rollers.
+        """
+        line, sides = np.linspace(0.0, 1.0, self.own.SAMPLES), range(len(self.own))
+        x, normal = self.own.at(np.repeat(sides, len(line)), np.tile(line, len(sides)))
+        least = float(self.other.cast(x, along(self.direction, normal)).distance.min())
+        return replace(self, reach=least + NEAR * float(np.ptp(x, axis=0).max()))
 
 
 def curve_projection(
@@ -94,6 +110,11 @@ def curve_projection(
     return CurveProjection(
         (secondary[0], numbers[0]), (primary[0], numbers[1]), own, opposite, direction
     )
+
+
+def near_projection(*given: Any) -> CurveProjection:
+    """Return `curve_projection` of what is near only."""
+    return curve_projection(*given).near()
 
 
 def sides_of(outline: Outline, numbers: Index) -> Curves:

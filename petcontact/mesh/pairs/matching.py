@@ -15,13 +15,13 @@ from ..boundary_mesh import BoundaryMesh
 from ..curve_mesh import CurveMesh
 from .box_faces import face_projection, grid_lines, mesh_of_lines
 from .common_breakpoints import Imposed, joints_within, match
-from .curve_sides import as_meshed, curve_projection, mesh_of_sides, side_meshes
+from .curve_sides import as_meshed, mesh_of_sides, near_projection, side_meshes
 from .periodic import translated_sides
 
 KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]] = {
-    Outline: (side_meshes, mesh_of_sides, curve_projection),
-    Meridian: (side_meshes, mesh_of_sides, curve_projection),
-    TwistedMeridian: (side_meshes, mesh_of_sides, curve_projection),
+    Outline: (side_meshes, mesh_of_sides, near_projection),
+    Meridian: (side_meshes, mesh_of_sides, near_projection),
+    TwistedMeridian: (side_meshes, mesh_of_sides, near_projection),
     BoxSurface: (grid_lines, mesh_of_lines, face_projection),
 }
 """Functions for the joints of a mesh, the mesh with given joints, and the projection of a pair.

@@ -23,7 +23,7 @@ from ...refinement.marks import FINER, FINEST, UNSEEN, GradedOutline, LevelMesh
 from ...results.contact_zones import pair_edges
 from ...results.records import step_ends
 from ...results.solution import Solution
-from ..judge.findings import wants_smaller_elements
+from ..judge.findings import limit_of, wants_smaller_elements
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 from .difference import Difference, difference, fading_places
@@ -93,6 +93,7 @@ class Tractions(Strategy):
             zip(body.outline.sides, body.outline.offsets, strict=True)
         ):
             unseen = side.part in edges_on and not self._last
+            unseen = unseen and not body.meets_at_points(k, limit_of("far apart"))
             largest.append(side.whole / UNSEEN if unseen else np.inf)
             edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
             pressing = self._pressing_sizes(number, k, edges, level)
