@@ -245,7 +245,9 @@ def announcer(
         if seconds > SOON and not quiet:
             size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
             what = "for this mesh" if adaptive else "of processor time"
-            print(f"petcontact: {size}: about {seconds:.0f} s {what}", file=sys.stderr, flush=True)
+            after = "up to twice with errors and stresses"
+            line = f"petcontact: {size}: about {seconds:.0f} s {what}, {after}"
+            print(line, file=sys.stderr, flush=True)
         return progress
 
     return announced
