@@ -170,6 +170,16 @@ def label(quantity: str, unit: str | None) -> str:
     return f"{quantity} [{plain(unit) if unit else 'consistent units'}]"
 
 
+def name_what_is_seen(axes: Any) -> None:
+    """Take the names of markers out of the legend of which none lies within the axes."""
+    for line in axes.lines:
+        inside = axes.viewLim.contains
+        points = line.get_xydata().tolist()
+        marked = line.get_marker() not in ("None", None, "")
+        if marked and points and not any(inside(*point) for point in points):
+            line.set_label("")
+
+
 def legend_below(axes: Any, columns: int) -> None:
     """A legend under the axes and their label, where it hides nothing."""
     from matplotlib.transforms import ScaledTranslation

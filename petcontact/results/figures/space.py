@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...contact.law_protocol import OPEN, STICK
+from ...contact.law_protocol import OPEN, SLIP, STICK
 from ...mesh.surface_mesh import as_surface
 from ...runtime.figure_style import STATES, draw_states, label, legend_below, plain
 from ..data import SolutionData
@@ -32,7 +32,7 @@ from which on scales differ."""
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
     """Tangential displacement on each interface at the end, between bodies the slip, as arrows;
-    nodes that stick as dots."""
+    nodes that stick and slip as dots."""
     for axes, name, pair in _panels(figure, solution):
         slip, unit = (
             np.where(pair.state[:, None] == OPEN, 0.0, pair.slip),
@@ -50,7 +50,7 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
 
 def draw_traction(figure: Any, solution: SolutionData) -> None:
     """Tangential traction on each interface at the end as arrows, over its share of the bound;
-    nodes that stick as dots."""
+    nodes that stick and slip as dots."""
     for axes, name, pair in _panels(figure, solution):
         size, limited = (
             np.linalg.norm(pair.sigma_t, axis=1),
@@ -235,7 +235,8 @@ def _window(axes: Any, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mas
 def _arrows(
     axes: Any, solution: SolutionData, name: str, components: Array, unit: str | None
 ) -> None:
-    """Vectors of tangential components with the length of one of them, and the nodes that stick."""
+    """Vectors of tangential components with the length of one of them, and the nodes that stick and
+    slip."""
     chart = Chart.of(solution, name)
     pair = solution.pairs[name]
     x = chart.at(pair.x)
@@ -251,9 +252,10 @@ def _arrows(
         axes.plot(
             [], [], ls="", marker=r"$\rightarrow$", color="0.1", ms=10.0, label=label(longest, unit)
         )
-    sticks = pair.state == STICK
-    if sticks.any():
-        name, colour, marker = STATES[STICK]
-        axes.plot(*x[sticks].T, marker, color=colour, mec="w", mew=0.4, ms=3.0, label=name)
-    if len(some) or sticks.any():
-        legend_below(axes, 2)
+    closed = {STICK: pair.state == STICK, SLIP: (pair.state == SLIP) & (pair.bound > 0.0)}
+    marked = {state: rows for state, rows in closed.items() if rows.any()}
+    for state, rows in marked.items():
+        name, colour, marker = STATES[state]
+        axes.plot(*x[rows].T, marker, color=colour, mec="w", mew=0.4, ms=3.0, label=name)
+    if len(some) or marked:
+        legend_below(axes, 3)

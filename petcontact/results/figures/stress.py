@@ -17,7 +17,7 @@ from ...errors import InputError
 from ...fields.stress_state import Field
 from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...runtime.figure_style import label, legend_below, plain, save
+from ...runtime.figure_style import label, legend_below, name_what_is_seen, plain, save
 from ...runtime.hints import demand_name
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
@@ -172,10 +172,11 @@ def _draw_plane(
     draw_outlines(axes, solution, picture.view)
     place(axes, solution)
     if picture.window is not None and fields:
-        # the window, and where its points are drawn
-        drawn = np.vstack([*picture.window, *(_drawn(picture, field) for field in fields.values())])
+        # where the points of the window are drawn
+        drawn = np.vstack([_drawn(picture, field) for field in fields.values()])
         (left, bottom), (right, top) = drawn.min(axis=0), drawn.max(axis=0)
         axes.set(xlim=(left, right), ylim=(bottom, top))
+        name_what_is_seen(axes)
     legend_below(axes, 5)
     fit_height(figure, axes, beside=1.6, above=2.1)
 
@@ -223,7 +224,7 @@ def _colour(
     }
     for each, one in fields.items():
         colours = axes.tripcolor(*_drawn(picture, one).T, values[each], triangles=one.cells, **how)
-    cross = {"color": "black", "ms": 5.0, "mew": 1.0, "label": "largest"}
+    cross = {"color": "black", "ms": 5.0, "mew": 1.0, "label": "largest", "clip_on": False}
     axes.plot(*_drawn(picture, field)[row], "x", **cross)
     extend = beyond(every, -end if signed else -np.inf, end)
     figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=extend)
