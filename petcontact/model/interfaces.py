@@ -65,21 +65,8 @@ def _in_steps(
                     'preload that could be "locked"'
                 )
             law = replace(law, **new)
-        _demand_effect(side.name, law, laws[-1])
         laws.append(law)
     return replace(side, laws=tuple(laws))
-
-
-def _demand_effect(name: str, law: Law, before: Law) -> None:
-    """Refuse a new uniform interference under a preload, which finds the uniform overlap."""
-    new = law.interference
-    if not isinstance(law.preload, float) or new is None or new == before.interference:
-        return
-    if not (new.varies or new.is_zero):
-        raise InputError(
-            f"{new.key}: a uniform interference has no effect while a preload gives the force of "
-            f"contact {name!r}; give one of the two"
-        )
 
 
 def _changed(side: PosedInterface, key: str, change: Any) -> Iterator[tuple[str, Any]]:

@@ -151,18 +151,23 @@ contact = [{ name = "bottom", friction_bound = 0.5 }]
         ('normal = "bonded"', change(friction_coefficient=0.1), "is bonded and does not slip"),
         ("", change(preload="locked"), "step.0..contact.0..preload: no step before"),
         ("preload = 1.0", change(preload="locked"), "step.0..contact.0..preload: no step before"),
-        ("preload = 1.0\ninterference = 0.1", "", "contact.0..interference: a uniform"),
-        (
-            "preload = 1.0",
-            "[[step]]\n" + change(interference=0.1),
-            "step.1..contact.0..interference: a uniform",
-        ),
         ("preload = -1.0", "", "preload: must be greater than or equal to 0"),
     ],
 )
 def test_what_a_contact_cannot_be_given_is_refused(given, steps, said):
     with pytest.raises(InputError, match=said):
         posed(columns("plane", given) + steps)
+
+
+@pytest.mark.parametrize("value", [0.1, "0.1", "0.1*(1 + 0*x)"])
+@pytest.mark.parametrize("later", [False, True])
+def test_a_uniform_interference_under_a_preload_is_refused(value, later):
+    """However it is written: a preload finds the uniform overlap itself."""
+    given = f"preload = 1.0\ninterference = {json.dumps(value)}"
+    text = columns("plane", "preload = 1.0") + "[[step]]\n" + change(interference=value)
+    said = f"{'step.1.' if later else ''}.?contact.0..interference: a uniform"
+    with pytest.raises(InputError, match=said):
+        solve(posed(text if later else columns("plane", given)))
 
 
 def test_changes_of_a_contact_twice_in_a_step_are_refused():

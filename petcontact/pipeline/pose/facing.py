@@ -24,7 +24,7 @@ from ...mesh.pairs.ray_casting import along
 from ...refinement.panels.marks import LONGER
 from ...results.numbers import maximum
 from ...results.report import Finding
-from ...round_off import SINGLE, WRITTEN
+from ...round_off import ROUNDED, SINGLE, WRITTEN
 from ..judge.findings import new_finding
 
 
@@ -155,6 +155,7 @@ def contact_interface(
     if law.gap is not None:
         gap = gap + law.gap.at(mesh.sites(nodes))
     if any(each.interference or each.clearance for each in side.laws):
+        _demand_effect(side, mesh.sites(nodes))
         opposite["overlap"] = np.array([_overlap(each, mesh.sites(nodes)) for each in side.laws])
     opposite["preloaded"] = side.preloaded
     tangent = mesh.slip_directions(normal)
@@ -163,6 +164,23 @@ def contact_interface(
         _smallest(mesh, nodes, gap),
         list(_findings(side, mesh, facing, np.isfinite(gap))),
     )
+
+
+def _demand_effect(side: PosedInterface, sites: Sites) -> None:
+    """Refuse a new uniform interference under a preload, which finds the uniform overlap.
+
+    It is uniform by its values, whether a number, an expression or a function gives them.
+    """
+    for before, law in itertools.pairwise(side.laws):
+        new = law.interference
+        if not isinstance(law.preload, float) or new is None or new == before.interference:
+            continue
+        values = new.at(sites)
+        if values.any() and np.ptp(values) <= ROUNDED * np.abs(values).max():
+            raise InputError(
+                f"{new.key}: a uniform interference has no effect while a preload gives the force "
+                f"of contact {side.name!r}; give one of the two"
+            )
 
 
 def _overlap(law: Law, sites: Sites) -> Array:
