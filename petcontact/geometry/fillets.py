@@ -39,6 +39,9 @@ def rounded(vertices: Array, fillet: float = 0.0) -> list[Side]:
     """
     import shapely
 
+    if not (moves := (np.roll(vertices, -1, axis=0) != vertices).any(axis=1)).all():
+        point = shown(vertices[moves.argmin()])
+        raise InputError(f"vertices: {point} is given twice one after another")
     if not (ring := shapely.Polygon(vertices)).is_valid or ring.area == 0.0:
         raise InputError("vertices: the polygon crosses or touches itself, or encloses nothing")
     corners = vertices if signed_area(vertices) > 0.0 else vertices[::-1]

@@ -20,7 +20,7 @@ from ..geometry.fillets import rounded
 from ..geometry.noise import Noise
 from ..geometry.outline import Side
 from ..geometry.smooth_curve import SmoothCurve, SmoothSide
-from ..round_off import WRITTEN
+from ..round_off import ROUNDED, WRITTEN
 from .shapes import Crossing, Shape
 
 TOGETHER = 1 << 18
@@ -28,7 +28,7 @@ TOGETHER = 1 << 18
 CHORDS = 16
 """Chords of a side, which turns by 30 degrees at most."""
 NEWTON = 10
-"""Steps of Newton's method, or halvings where it leaves its chord."""
+"""Most steps of Newton's method, or halvings where it leaves its chord; mostly four are enough."""
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,9 @@ class CurveProfile(Profile):
             low, high = np.where((off > 0.0) == before, [u, high], [low, u])
             slope = _cross(self.curve.at(u, 1), ray)
             step = u - off / np.where(slope == 0.0, np.inf, slope)
-            u = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+            last, u = u, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+            if np.abs(u - last).max(initial=0.0) <= ROUNDED * self.curve.length:
+                break
         return np.asarray(u)
 
     def middle(self, x: Array, ray: Array) -> Array:

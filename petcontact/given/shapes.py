@@ -229,7 +229,8 @@ class Distance(Given):
         """Return the unit vectors (n, d) along which sites look at the shape."""
         aimed, d = self.source, sites.x.shape[1]
         if aimed.shape.dim != d:
-            hint = "; along says which direction it is the same in" if d == 3 else ""
+            flat = d == 3 and aimed.word in ("polygon", "points")
+            hint = "; along says in which direction it is the same" if flat else ""
             raise InputError(
                 f"{self.key}: obstacle {aimed.name!r} has the shape {aimed.word!r} in "
                 f"{aimed.shape.dim} dimensions; the body has {d}{hint}"

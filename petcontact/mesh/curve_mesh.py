@@ -168,7 +168,9 @@ class CurveMesh(BoundaryMesh):
 
     @staticmethod
     def normals_through(x: Array, direction: Array) -> Array:
-        """As in `BoundaryMesh`, from one point to the next."""
+        """As in `BoundaryMesh`, from one point to the next; of one point alone, the direction."""
+        if len(x) < 2:
+            return np.broadcast_to(direction, x.shape)
         steps = np.gradient(x, axis=0)
         return np.column_stack([steps[:, 1], -steps[:, 0]])
 

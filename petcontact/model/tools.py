@@ -70,8 +70,8 @@ def _check_rotation(tool: Any) -> None:
     turns = tool.rotation if isinstance(tool.rotation, tuple) else (tool.rotation,)
     if any(isinstance(turn, float) and abs(turn) > SMALL for turn in turns):
         raise InputError(
-            f"rotation: is a small motion, at most {SMALL} rad of a {tool.shape}; angle (in "
-            "degrees) turns it before"
+            f"rotation: is a small motion, at most {SMALL} rad with shape = {tool.shape!r}; angle "
+            "(in degrees) turns it before"
         )
 
 

@@ -122,5 +122,5 @@ def test_corners_are_found_however_narrow():
 
 def test_dimensions_must_fit():
     gap = Distance("gap", Aimed("tool", "polygon", RoundedPolygon(L_SHAPE), (0.0, 0.0, 1.0)))
-    with pytest.raises(InputError, match="2 dimensions; the body has 3; along says"):
+    with pytest.raises(InputError, match="2 dimensions; the body has 3; along says in"):
         gap.at(Sites(np.zeros((1, 3))))
