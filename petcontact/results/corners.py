@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..mesh.surface_mesh import SurfaceMesh
-from ..refinement.panels.edges import SMOOTH, edges
+from ..refinement.panels.edges import SMOOTH, TOGETHER, edges
 from ..round_off import SINGLE
 
 
@@ -44,6 +44,21 @@ class Corners:
     def x(self) -> Array:
         """The middle of each (k, d) [length]."""
         return np.asarray(self.ends.mean(axis=1))
+
+    def meeting(self, foot: Array, elements: Index) -> int | None:
+        """The number of the corner or edge on which the foot (d,) of a point on some elements lies,
+        if there is one.
+
+        Chords of a curved edge lie off it, but not along the side that ends there.
+        """
+        off, edge = foot - self.x, self.ends[:, 1] - self.ends[:, 0]
+        length = np.linalg.norm(edge, axis=1)
+        along = np.abs(np.einsum("kd,ksd->ks", off, self.along))
+        away = np.where(np.isin(self.element, elements), along, np.inf).min(axis=1, initial=np.inf)
+        beside = np.abs(np.sum(off * edge, axis=1)) <= (0.5 + TOGETHER) * length**2
+        slack = SINGLE * float(np.abs(self.ends).max(initial=0.0))
+        met = np.flatnonzero(beside & (away <= np.maximum(TOGETHER * length, slack)))
+        return int(met[away[met].argmin()]) if met.size else None
 
     @functools.cached_property
     def nearest(self) -> Array:
@@ -102,4 +117,24 @@ def _(mesh: SurfaceMesh) -> Corners:
     edge = edge / np.maximum(np.linalg.norm(edge, axis=1), np.finfo(float).tiny)[:, None]
     along = np.cross(inward, edge[:, None])
     along *= np.sign(np.sum(along * (middle - ends.mean(axis=1)[:, None]), axis=2))[..., None]
-    return Corners(ends, element, angle[chosen], along, inward, np.full(len(ends), np.inf))
+    return Corners(
+        ends,
+        element,
+        _squared(mesh, element, angle[chosen]),
+        along,
+        inward,
+        np.full(len(ends), np.inf),
+    )
+
+
+def _squared(mesh: SurfaceMesh, element: Index, angle: Array) -> Array:
+    """Angles (k,) between panels (k, 2) [rad], right or straight where curved panels may be as far
+    off: rims of polynomials of degree 2 are off by a tenth of what a triangle turns, measured at
+    the pole of a sphere, and its nodes see half of that turn."""
+    which = np.repeat(np.arange(mesh.n_elements), np.diff(mesh.first_node))
+    first = mesh.normal[mesh.first_node[which]]
+    turned = np.zeros(mesh.n_elements)
+    turns = np.arccos(np.clip(np.sum(first * mesh.normal, axis=1), -1.0, 1.0))
+    np.maximum.at(turned, which, turns)
+    right = 0.5 * math.pi * np.round(angle / (0.5 * math.pi))
+    return np.where(np.abs(angle - right) < 0.2 * turned[element].max(axis=1), right, angle)

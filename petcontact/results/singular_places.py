@@ -323,9 +323,7 @@ class _Body:
         if along := float(across @ normal):
             x = x + normal * float(across @ across) / along
         foot, elements = meeting(mesh, x, near, closed.partner.part)
-        apart = np.linalg.norm(corners.x - foot, axis=1)
-        if (meets := np.flatnonzero(apart < SINGLE * self._whole)).size:
-            number = int(meets[0])
+        if (number := corners.meeting(foot, elements)) is not None:
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
             return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None

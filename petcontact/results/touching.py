@@ -129,6 +129,10 @@ def shears_differ(
     for element, along in zip(corners.element[number], corners.along[number], strict=True):
         nodes = np.arange(mesh.first_node[element], mesh.first_node[element + 1])
         away = np.linalg.norm(mesh.x[nodes] - corners.x[number], axis=1)
-        shears.append(float(traction[nodes[away.argmin()]] @ lifted(along, mesh.components)))
+        nearest = nodes[away.argmin()]
+        # of a curved side the normal there: pressure is no shear
+        normal = lifted(mesh.normal[nearest], mesh.components)
+        pull = traction[nearest] - (traction[nearest] @ normal) * normal
+        shears.append(float(pull @ lifted(along, mesh.components)))
     mean = mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum()
     return bool(abs(shears[0] - shears[1]) > MISMATCH * float(mean) ** 0.5)

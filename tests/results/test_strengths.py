@@ -113,6 +113,26 @@ def test_the_energy_that_a_crack_releases():
     assert tip.value[0] == pytest.approx(math.sqrt(released / (1.0 - 0.3**2)), rel=5e-3)
 
 
+def test_faces_of_symmetry_have_no_places():
+    """An octant of a hollow sphere under pressure: its curved panels meet planes at right angles,
+    and pressure is no shear."""
+    loop = [
+        {"part": "out", "to": [0.0, 2.0], "radius": 2.0},
+        {"part": "axis", "to": [0.0, 1.0]},
+        {"part": "in", "to": [1.0, 0.0], "radius": -1.0},
+        {"part": "mid", "to": [2.0, 0.0]},
+    ]
+    octant = {"shape": "revolved", "loops": [loop], "angle": 90.0}
+    inner = {"part": "in", "condition": "traction", "pressure": 1.0}
+    free = drawn("out", [0.0] * 3)
+    body = solid(
+        "shell", octant, *rollers("mid", "start", "end"), inner, free, mesh={"element_size": 0.7}
+    )
+    solution = solve(problem(body=[body]))
+    assert not singular_places(solution, solution.last)["shell"]
+    assert not strengths(solution)
+
+
 OCTAGON = [
     [2.0 + 0.5 * math.cos(t), 2.0 + 0.5 * math.sin(t)]
     for t in -np.arange(8) * math.pi / 4.0 - math.pi / 8.0

@@ -13,7 +13,7 @@ from ...mesh.surface_mesh import SurfaceMesh
 TOGETHER = 0.02
 """Distance of the middle of a panel's side from another side up to which both are one edge, over
 the length of the shorter one and the width of the narrower panel [-]. A step of this share from the
-middle towards the centre of the panel gives the inward direction."""
+middle towards the centre of the panel says on which side of the other panel it lies."""
 SMOOTH = math.radians(15.0)
 """Angle between panels with equal conditions up to which they may be pieces of one curved surface
 [rad]."""
@@ -52,11 +52,9 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array, Array]:
         0.5 * length[j] - np.minimum(TOGETHER * length[j], 0.25 * length[i])
     )
     i, j = i[near], j[near]
-    inside -= (np.sum(inside * (b - a), axis=1) / length**2)[:, None] * (b - a)
-    inside /= np.linalg.norm(inside, axis=1, keepdims=True)
-    between = np.arccos(np.clip(np.sum(inside[i] * inside[j], axis=1), -1.0, 1.0))
+    turn = np.arccos(np.clip(np.sum(normal[i] * normal[j], axis=1), -1.0, 1.0))
     convex = np.sum(inside[i] * normal[j], axis=1) <= 0.0
-    between = np.where(convex, between, 2.0 * math.pi - between)
+    between = np.where(convex, math.pi - turn, math.pi + turn)
     return numbers[panel[i]], numbers[panel[j]], between, _shorter(a, b, i, j)
 
 
