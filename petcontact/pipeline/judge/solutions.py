@@ -171,12 +171,13 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
             )
             if left > limit_of("jam") * max(pressed):
                 text = (
-                    f"pair {name!r} stays pressed after step "
+                    f"pressure stays after step "
                     f"{problem.steps[number - 1].name!r} took all loads away: it jams, and what "
                     "stays depends on the path"
                 )
                 advice = "unload in several increments"
-                findings.append(new_finding("jam", text, advice=advice, measured=left))
+                where = f"pair {name!r}"
+                findings.append(new_finding("jam", text, where, advice=advice, measured=left))
     return findings
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...model.problem import ONE_BODY
+from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..number import Number
 from ..peaks import QUANTITIES
@@ -60,7 +61,8 @@ def _strengths(tell: Teller, place: Number) -> list[str]:
 
 
 def _words(number: Number, tell: Teller) -> str:
-    if number.size == 0.0:
+    # strains that a factorisation leaves of a rigid motion are none
+    if number.size <= SOLVED * tell.stiffest:
         return "0"
     if number.beside is not None and number.place is not None:
         away = float(np.linalg.norm(number.place - number.beside))

@@ -33,6 +33,8 @@ class Teller:
         Whether the bodies are those of revolution, whose vectors are told along the axis.
     size : float
         Largest coordinate [length].
+    stiffest : float
+        Largest Young's modulus [stress].
     verbose : bool
         Whether all numbers are shown.
     ends : list of StepResult
@@ -45,6 +47,7 @@ class Teller:
         self.some = any(0.0 < number.error < np.inf for number in self.numbers.values())
         self.axial = solution.problem.symmetry == "axial"
         self.size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
+        self.stiffest = max(body.material.young_modulus for body in solution.problem.body)
         mesh = next(iter(solution.meshes.values()))
         self.power = mesh.weight_power
         units = solution.problem.units
