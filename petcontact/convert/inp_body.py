@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
 from collections.abc import Iterable
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
-from ..round_off import WRITTEN
+from ..round_off import SINGLE, WRITTEN
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile
 from .inp_forces import linear_traction, loaded_faces
@@ -63,6 +64,7 @@ class InpBody:
         self.kind = reader.file.elements[elements[0]][0][:3]
         self.dim = 3 if self.kind == "C3D" else 2
         self.faces = boundary_faces(reader.file, elements)
+        self.width = reader.thickness.get(elements[0], 1.0)
         self._none: tuple[Load, ...] = ((0.0, (0.0,) * self.dim),) * len(reader.forces)
         self.surfaces: list[str] = []
         touching: dict[Face, str] = {}
@@ -127,7 +129,7 @@ class InpBody:
         for faces, ends in loaded_faces(free, forces.keys() - inside):
             corners, points = [self._at(free[face]) for face in faces], self._at(ends)
             through = [
-                linear_traction(corners, points, force, self.kind == "CAX")
+                linear_traction(corners, points, force / self.width, self.kind == "CAX")
                 for force in np.stack([forces[node] for node in ends], axis=1)
             ]
             tractions |= dict.fromkeys(faces, through)
@@ -150,12 +152,11 @@ class InpBody:
             for freedom in values
         }
         own = {node for number in self.elements for node in reader.file.elements[number][1]}
-        width = reader.thickness.get(self.elements[0], 1.0)
         for k, step in enumerate(reader.forces):
             for node, freedom in step.keys() - held:
                 if node in own and freedom <= self.dim:
                     through = forces.setdefault(node, np.zeros((len(reader.forces), self.dim)))
-                    through[k, freedom - 1] = step[node, freedom] / width
+                    through[k, freedom - 1] = step[node, freedom]
         return {node: forces[node] for node in sorted(forces) if forces[node].any()}
 
     def _at(self, nodes: Iterable[int]) -> Array:
@@ -163,7 +164,7 @@ class InpBody:
 
     def _value(self, names: tuple[str, ...], step: int) -> list[float | str]:
         """Return the values that sets hold at the end of a step, by component."""
-        merged: dict[int, float] = {}
+        merged: dict[int, float | str] = {}
         for name in names:
             merged |= self.reader.held[step].get(name, {})
         return [merged.get(c + 1, FREE) for c in range(self.dim)]
@@ -189,11 +190,39 @@ class InpBody:
         loads = self.reader.volume[step]
         volume_loads = next((loads[number] for number in self.elements if number in loads), {})
         left_out = {"C3D": (), "CAX": ("centre", "axis")}.get(self.kind, ("axis",))
-        return {
+        taken = {
             key: value[: self.dim] if isinstance(value, list) else value
             for key, value in volume_loads.items()
             if key not in left_out
         }
+        return taken | ({"temperature": self._warm[step]} if any(self._warm) else {})
+
+    @functools.cached_property
+    def _warm(self) -> list[float | str]:
+        """Rise of the temperature at the end of each step: a number, or linear in the place."""
+        reader = self.reader
+        nodes = sorted(
+            {node for number in self.elements for node in reader.file.elements[number][1]}
+        )
+        at = np.column_stack([np.ones(len(nodes)), self._at(nodes)])
+        rises = list[float | str]()
+        for warmed in reader.warmed:
+            given = [node for node in nodes if node in warmed]
+            rise = np.array([warmed.get(n, reader.initial.get(n, 0.0)) for n in nodes])
+            rise -= [reader.initial.get(n, 0.0) for n in nodes]
+            terms = np.linalg.lstsq(at, rise, rcond=None)[0]
+            if given and np.abs(at @ terms - rise).max() > SINGLE * np.abs(rise).max():
+                text = f"*TEMPERATURE of {self.name}: neither uniform nor linear; not taken"
+                reader.notes += [text] * (text not in reader.notes)
+                terms *= 0.0
+            if rise.any() and "thermal_expansion" not in self._material:
+                text = f"*TEMPERATURE of {self.name}: no *EXPANSION; not taken"
+                reader.notes += [text] * (text not in reader.notes)
+                terms *= 0.0
+            terms[np.abs(terms) <= SINGLE * np.abs(rise).max(initial=0.0)] = 0.0
+            slopes = [f" {s:+.12g}*{x}" for s, x in zip(terms[1:], "xyz", strict=False) if s]
+            rises.append(f"{terms[0]:.12g}{''.join(slopes)}" if slopes else float(terms[0]))
+        return rises
 
     def forces(self, step: int) -> list[dict[str, Any]]:
         """Return the point forces at the end of a step."""
@@ -202,8 +231,15 @@ class InpBody:
             for node, force in self.inside.items()
         ]
 
-    def table(self, mesh: str) -> dict[str, Any]:
-        """Return the [[body]] of the config."""
+    @property
+    def _material(self) -> dict[str, Any]:
+        """The keys of the material.
+
+        Raises
+        ------
+        InputError
+            If there is none, or several.
+        """
         reader = self.reader
         names = {reader.sections.get(number, "") for number in self.elements}
         if len(names) > 1:
@@ -217,6 +253,10 @@ class InpBody:
                 f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an "
                 f"*ELASTIC material"
             )
+        return material
+
+    def table(self, mesh: str) -> dict[str, Any]:
+        """Return the [[body]] of the config."""
         conditions = [
             {
                 "part": says["part"],
@@ -231,7 +271,7 @@ class InpBody:
         ]
         table = {
             "name": self.name,
-            "material": material | ({"plane": "stress"} if self.kind == "CPS" else {}),
+            "material": self._material | self._across(),
             "geometry": {"shape": "gmsh", "file": mesh},
             "mesh": {"order": 1} if self.dim == 3 else {},
             "boundary": conditions,
@@ -239,6 +279,11 @@ class InpBody:
             "loads": self.volume(0),
         }
         return {key: value for key, value in table.items() if value}
+
+    def _across(self) -> dict[str, Any]:
+        """Return the keys of the material on the direction across a plane body."""
+        thick = {"thickness": self.width} if self.reader.thickness and self.kind[:2] == "CP" else {}
+        return thick | ({"plane": "stress"} if self.kind == "CPS" else {})
 
     def msh(self) -> str:
         """Return the boundary as a Gmsh file, whose physical groups are the parts."""

@@ -39,8 +39,9 @@ def convert_inp(path: str | Path, name: str) -> Converted:
 
     Bodies are what hangs together by nodes, with the material of their *SOLID SECTION. Taken are
     *SURFACE, *CONTACT PAIR and *TIE with *FRICTION and *CLEARANCE, *BOUNDARY of nodes that cover
-    faces, *DLOAD and *DSLOAD of pressure, GRAV and CENTRIF, and *CLOAD. Edges of elements of second
-    order are taken as straight.
+    faces, also FIXED, *DLOAD and *DSLOAD of pressure, GRAV and CENTRIF, *CLOAD, and *TEMPERATURE
+    that is uniform or linear in a body. OP=NEW takes loads of earlier steps away. Edges of elements
+    of second order are taken as straight.
 
     Raises
     ------
@@ -163,7 +164,12 @@ def _steps(bodies: list[InpBody], names: list[str]) -> list[dict[str, Any]]:
             changes["point_force"] += [
                 force for force in body.forces(number) if force not in body.forces(number - 1)
             ]
-            if body.volume(number) != body.volume(number - 1):
-                changes["loads"].append({**own, **body.volume(number)})
+            now, before = body.volume(number), body.volume(number - 1)
+            ended = {
+                key: [0.0] * body.dim if key == "acceleration" else 0.0
+                for key in before.keys() - now.keys() - {"centre", "axis"}
+            }
+            if now != before:
+                changes["loads"].append({**own, **ended, **now})
         steps.append({"name": name, **{k: v for k, v in changes.items() if v}})
     return steps

@@ -13,6 +13,8 @@ from typing import Any
 
 from ..arrays import LARGEST_NUMBER
 from ..errors import InputError
+from ..given.posed import HOLD
+from .inp_changes import gather, read_temperature, renew
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile, Keyword
 
@@ -41,7 +43,7 @@ SILENT = {
 """What says nothing of the problem, or is read with the keyword that it belongs to."""
 CHANGING: dict[str, tuple[str, ...]] = {
     "AMPLITUDE": (),
-    "OP": ("MOD",),
+    "OP": ("MOD", "NEW"),
     "ADJUST": (),
     "DEPENDENCIES": (),
     "ROUGH": (),
@@ -78,7 +80,7 @@ class Statements:
     sections : dict of str by element
         Name of the material.
     thickness : dict of float by element
-        Of plane elements, where it is not 1 [length].
+        Of plane elements, where it is not 1; then forces are whole ones [length].
     laws : dict of dicts by interaction
         Keys and values of a `contact`.
     pairs : list of dict
@@ -86,19 +88,25 @@ class Statements:
     clearances : dict of float by secondary and primary
         Gap that stands in the place of that of the geometry [length].
     held : list of dicts by node set
-        At the end of each step, values by degree of freedom from 1 [length].
+        At the end of each step, values by degree of freedom from 1 [length], or "hold".
     pressed : list of dicts by face
         At the end of each step [stress].
     forces : list of dicts by node and degree of freedom
         At the end of each step, those of middle nodes on the corners beside them [force].
     volume : list of dicts by element
         Keys and values of `loads` at the end of each step.
+    warmed : list of dicts by node
+        Temperature at the end of each step.
+    initial : dict by node
+        Temperature without strain.
     covering : dict of sets of nodes by surface
         Surfaces that are given by their nodes.
     used : set of str
         Surfaces of pairs and loads.
     names : dict
         Of the last material and interaction.
+    renewed : set of (int, str)
+        Kinds of loads that a step, by its number, has taken away with OP=NEW.
     steps : list of str
         Names of the load steps.
     """
@@ -112,10 +120,13 @@ class Statements:
     laws: dict[str, dict[str, Any]] = field(default_factory=dict)
     pairs: list[dict[str, str]] = field(default_factory=list)
     clearances: dict[tuple[str, str], float] = field(default_factory=dict)
-    held: list[dict[str, dict[int, float]]] = field(default_factory=lambda: [{}])
+    held: list[dict[str, dict[int, float | str]]] = field(default_factory=lambda: [{}])
     pressed: list[dict[Face, float]] = field(default_factory=lambda: [{}])
     forces: list[dict[tuple[int, int], float]] = field(default_factory=lambda: [{}])
     volume: list[dict[int, dict[str, Any]]] = field(default_factory=lambda: [{}])
+    warmed: list[dict[int, float]] = field(default_factory=lambda: [{}])
+    initial: dict[int, float] = field(default_factory=dict)
+    renewed: set[tuple[int, str]] = field(default_factory=set)
     covering: dict[str, set[int]] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
     names: dict[str, str] = field(default_factory=dict)
@@ -131,34 +142,17 @@ class Statements:
             if keyword.name == "STEP":
                 # the first step's conditions stand beside those of the model
                 if self.steps:
-                    for states in list[Any]([self.held, self.pressed, self.volume]):
+                    for states in list[Any]([self.held, self.pressed, self.volume, self.warmed]):
                         states.append(copy.deepcopy(states[-1]))
                     self.forces.append({})
                 self.steps.append(keyword.parameters.get("NAME", f"step{len(self.steps) + 1}"))
             elif read := self._readers.get(keyword.name):
+                renew(self, keyword)
                 read(keyword)
             elif keyword.name not in SILENT:
                 self.note(keyword, "not taken")
-        self._gather()
+        gather(self)
         self.forces = list(itertools.accumulate(self.forces, operator.or_))
-
-    def _gather(self) -> None:
-        """Make sets of the nodes that are held one by one in the same way."""
-        alike: dict[tuple[int, tuple[float | None, ...]], list[int]] = {}
-        for word in [word for word in self.held[-1] if word.isdecimal()]:
-            steps = [step.pop(word, {}) for step in self.held]
-            for freedom in steps[-1]:
-                through = tuple(step.get(freedom) for step in steps)
-                alike.setdefault((freedom, through), []).append(int(word))
-        for (freedom, through), nodes in alike.items():
-            name = next(
-                name
-                for name in (f"NODES{k}" for k in itertools.count(1))
-                if name not in self.file.nsets
-            )
-            self.file.nsets[name] = nodes
-            for step, value in zip(self.held, through, strict=True):
-                step[name] = {} if value is None else {freedom: value}
 
     def _check_parameters(self, keyword: Keyword) -> None:
         """Note parameters that change a keyword and are not read."""
@@ -189,6 +183,8 @@ class Statements:
             "FRICTION": self._friction,
             "SOLID SECTION": self._section,
             "SURFACE BEHAVIOR": self._behaviour,
+            "TEMPERATURE": functools.partial(read_temperature, self),
+            "INITIAL CONDITIONS": functools.partial(read_temperature, self),
         }
 
     def _named(self, keyword: Keyword) -> None:
@@ -213,11 +209,6 @@ class Statements:
         flat = [n for n in numbers if self.file.elements.get(n, ("",))[0][:2] == "CP"]
         if flat and thickness not in (0.0, 1.0):
             self.thickness |= dict.fromkeys(flat, thickness)
-            self.note(
-                keyword,
-                f"thickness {thickness:g}; forces of results are per length, *CLOAD is divided by "
-                f"it",
-            )
 
     def _law(self) -> dict[str, Any]:
         """Return the keys and values of the interaction that is read."""
@@ -317,17 +308,19 @@ class Statements:
         if kind.upper() != "DISPLACEMENT":
             self.note(keyword, f"TYPE={kind}; not taken")
             return
+        # before the second step nothing has moved
+        stays = "FIXED" in keyword.parameters and len(self.steps) > 1
         for row in keyword.rows:
-            held = self.held[-1].setdefault(row[0].upper(), {})
+            held: dict[int, float | str] = self.held[-1].setdefault(row[0].upper(), {})
             if len(row) > 1 and row[1].upper() in TYPED:
-                held |= dict.fromkeys(TYPED[row[1].upper()], 0.0)
+                held |= dict.fromkeys(TYPED[row[1].upper()], HOLD if stays else 0.0)
                 continue
             first, last, value = self.floats(keyword, [*row[1:], *["", "", ""]][:3])
             if not 1.0 <= first <= (last or first) <= FREEDOMS:
                 raise self.error(keyword, f"degrees of freedom are 1 to {FREEDOMS}, got {row[1:3]}")
             for freedom in range(int(first), int(last or first) + 1):
                 if freedom <= 3:
-                    held[freedom] = value
+                    held[freedom] = HOLD if stays else value
                 else:
                     self.note(keyword, f"{row[0]}: rotations are none of solids; not taken")
 
@@ -353,8 +346,10 @@ class Statements:
     def _load(self, keyword: Keyword) -> None:
         for row in keyword.rows:
             kind = row[1].upper() if len(row) > 1 else ""
-            whole = self.surfaces.keys() - self.covering.keys()
-            if keyword.name == "DSLOAD" and kind == "P" and row[0].upper() in whole:
+            # a surface has its faces, whatever number stands behind the P
+            whole = self.surfaces.keys() - self.covering.keys() - self.file.elsets.keys()
+            pressed = kind[:1] == "P" and (kind == "P" or kind[1:].isdecimal())
+            if pressed and row[0].upper() in whole:
                 self.used.add(row[0].upper())
                 faces = self.surfaces[row[0].upper()]
             elif kind in ("GRAV", "CENTRIF"):

@@ -1,0 +1,116 @@
+"""Loads of input files that are held, renewed, warmed or named by a surface: none is lost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from inp_decks import converted
+
+from petcontact import solve
+
+DECK = """*NODE
+1, 0., 0.
+2, 2., 0.
+3, 2., 1.
+4, 0., 1.
+*ELEMENT, TYPE=CPS4, ELSET=ALL
+1, 1, 2, 3, 4
+*NSET, NSET=FOOT
+1, 2
+*NSET, NSET=HEAD
+3, 4
+*NSET, NSET=EVERY
+1, 2, 3, 4
+*SURFACE, NAME=TOP
+ALL, S3
+*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.
+*EXPANSION
+1e-3
+*SOLID SECTION, ELSET=ALL, MATERIAL=M
+{section}
+*BOUNDARY
+FOOT, 2, 2
+"""
+
+
+def deck(tmp_path: Path, *steps: str, section: str = "1.", **more: str) -> tuple[Any, list[str]]:
+    text = DECK.format(section=section) + more.get("first", "")
+    text += "".join(f"*STEP\n*STATIC\n{step}\n*END STEP\n" for step in steps)
+    problem, notes = converted(tmp_path, text)
+    return problem, [note for note in notes if "*SURFACE TOP" not in note]
+
+
+def raised(problem: Any) -> list[float]:
+    """How far the head has moved at the end of each step."""
+    solution = solve(problem)
+    ends = [step for step in solution.steps if step.ends]
+    top = solution.meshes["body1"].x[:, 1] > 1.0 - 1e-9
+    return [float(step.bodies["body1"].u[top, 1].mean()) for step in ends]
+
+
+@pytest.mark.parametrize(
+    "load", ["*DLOAD\nTOP, P, 2.", "*DLOAD\nTOP, P3, 2.", "*DSLOAD\nTOP, P, 2."]
+)
+def test_a_pressure_may_be_on_a_surface(load: str, tmp_path: Path) -> None:
+    problem, notes = deck(tmp_path, load)
+    assert not notes
+    assert raised(problem) == pytest.approx([-0.002], rel=1e-6)
+
+
+def test_what_is_fixed_stays_where_it_is(tmp_path: Path) -> None:
+    problem, notes = deck(
+        tmp_path, "*DLOAD\nTOP, P, 2.", "*BOUNDARY, FIXED\nHEAD, 2, 2\n*DLOAD, OP=NEW"
+    )
+    assert not notes
+    assert raised(problem) == pytest.approx([-0.002, -0.002], rel=1e-6)
+
+
+def test_new_loads_take_the_place_of_old_ones(tmp_path: Path) -> None:
+    problem, notes = deck(
+        tmp_path,
+        "*DLOAD\nTOP, P, 2.\nALL, GRAV, 4., 0., -1.",
+        "*DLOAD, OP=NEW\nTOP, P, 3.\nTOP, P, 3.",
+        first="*MATERIAL, NAME=M\n*DENSITY\n1.\n",
+    )
+    assert not notes
+    # the weight moves the head by half of what its resultant would
+    assert raised(problem) == pytest.approx([-0.002 - 0.002, -0.003], rel=1e-5)
+
+
+def test_conditions_and_forces_are_renewed_too(tmp_path: Path) -> None:
+    problem, notes = deck(
+        tmp_path,
+        "*BOUNDARY\nHEAD, 2, 2, -0.004\n*CLOAD\n3, 2, 1.",
+        "*BOUNDARY, OP=NEW\nFOOT, 2, 2\n*CLOAD, OP=NEW\n3, 2, 1.\n4, 2, 1.",
+    )
+    assert not [note for note in notes if "CLOAD" not in note]
+    assert raised(problem)[-1] == pytest.approx(0.001, rel=1e-6)
+
+
+def test_a_temperature_warms_the_body(tmp_path: Path) -> None:
+    problem, notes = deck(
+        tmp_path,
+        "*TEMPERATURE\nEVERY, 30.",
+        "*TEMPERATURE\nEVERY, 40.",
+        "*TEMPERATURE\nFOOT, 30.\nHEAD, 40.",
+        first="*INITIAL CONDITIONS, TYPE=TEMPERATURE\nEVERY, 20.\n",
+    )
+    assert not notes
+    assert raised(problem)[:2] == pytest.approx([0.01, 0.02], rel=1e-5)
+    assert problem.step[2].loads[0].temperature == "10 +10*y"
+
+
+def test_a_temperature_that_is_not_taken_is_named(tmp_path: Path) -> None:
+    _, notes = deck(tmp_path, "*TEMPERATURE\n1, 30.\n2, 0.\n3, 30.\n4, 0.")
+    assert notes == ["*TEMPERATURE of body1: neither uniform nor linear; not taken"]
+
+
+def test_of_a_thickness_forces_are_whole_ones(tmp_path: Path) -> None:
+    problem, notes = deck(tmp_path, "*CLOAD\n3, 2, -2.\n4, 2, -2.", section="0.5")
+    assert not notes
+    assert problem.body[0].material.thickness == 0.5
+    assert raised(problem) == pytest.approx([-0.004], rel=1e-6)
