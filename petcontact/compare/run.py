@@ -27,12 +27,13 @@ from ..contact.system import ContactSystem
 from ..errors import InputError
 from ..given.tables.solver_options import Method
 from ..model.problem import Problem
-from ..pipeline.run import prepare
+from ..pipeline.run import described, prepare
 from ..pipeline.steps.load_steps import first_increment
 from ..pipeline.steps.start import carried_over
 from ..results.solution import read_result
 from ..runtime.hints import demand_name
 from ..runtime.petsc import options
+from ..runtime.ranks import alone, shared_solve
 
 RHOS = tuple(10.0**k for k in range(8))
 """ρ_0 of the paper's tables [daN/mm³]."""
@@ -131,7 +132,31 @@ def compare(
     comm : PETSc.Comm, optional
     say : callable, optional
         Called with each row.
+
+    Raises
+    ------
+    InputError
+        If the ranks are called with different values.
+    RanksError
+        If another rank fails, or does not begin within 60 s (PETCONTACT_PATIENCE).
     """
+
+    def call() -> Callable[[], dict[str, Any]]:
+        more = {"contenders": contenders, "rhos": [*rhos], "reference": reference}
+        return lambda: {label: described(case) for label, case in cases} | more
+
+    with shared_solve(comm, call) as comm:
+        return _compared(cases, contenders, rhos, reference, comm, alone(say))
+
+
+def _compared(
+    cases: Sequence[tuple[str, Problem]],
+    contenders: Sequence[str] | None,
+    rhos: Sequence[float],
+    reference: str | None,
+    comm: Any,
+    say: Callable[[Trial], None] | None,
+) -> list[Trial]:
     followed = rhos[len(rhos) // 2]
     rows = []
     for label, case in cases:

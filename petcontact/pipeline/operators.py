@@ -4,6 +4,7 @@ solutions by them."""
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,14 +20,16 @@ from ..errors import InputError
 from ..fields.stress_state import StressState
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.case import load
 from ..model.problem import Problem
 from ..results.body_fields import BodyFields
 from ..results.records import BodyResult
 from ..runtime.petsc import options
+from ..runtime.ranks import begin_together
 from ..runtime.world import world
 from .eliminate import eliminated, eliminated_alone
 from .pose.discretise import Discrete, discretise
+from .run import described
+from .solve import posed
 
 
 @dataclass(frozen=True)
@@ -236,9 +239,11 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
     Raises
     ------
     InputError
-        If the problem is ill-posed.
+        If the problem is ill-posed, or another one on another rank.
     SolverError
         If a body cannot be eliminated.
+    RanksError
+        If another rank does not begin within 60 s (PETCONTACT_PATIENCE).
 
     Examples
     --------
@@ -263,7 +268,15 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
     >>> np.round(body.state_at([[2.0, 0.5]], u, t).stress, 6) + 0.0
     array([[1., 0., 0.]])
     """
-    problem = load(problem) if isinstance(problem, str | Path) else problem
+    given = problem
+
+    def call() -> Callable[[], Mapping[str, Any]]:
+        nonlocal problem
+        problem, _ = posed(given, None, None)
+        return functools.partial(described, problem)
+
+    begin_together(comm, call)
+    assert isinstance(problem, Problem)
     comm = comm if comm is not None else world()
     with options(problem.petsc):
         discrete, system = discretise(problem), None

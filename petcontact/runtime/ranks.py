@@ -134,6 +134,16 @@ def shared_solve(comm: Any, call: Call) -> Iterator[Any]:
         solve.close()
 
 
+def begin_together(comm: Any, call: Call) -> None:
+    """Wait until all ranks of a communicator are here for the same, as `shared_solve` does at its
+    begin: for what outlives a block, or has its own way to share ranks."""
+    ranks = communicator(comm)
+    if ranks is None or ranks.Get_size() == 1 or _solves:
+        call()
+    else:
+        begin(ranks, call)
+
+
 def communicator(comm: Any) -> Any:
     """Return the communicator of mpi4py, of PETSc or of all ranks as one of mpi4py; None where no
     launcher has started this process.

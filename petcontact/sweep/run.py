@@ -17,6 +17,7 @@ from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import given_options
+from ..runtime.ranks import begin_together
 from ..runtime.signals import Interrupted
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
@@ -73,10 +74,22 @@ def run_sweep(
     Raises
     ------
     InputError
-        On every rank, if the folder cannot be used or nothing matches `only`.
+        On every rank, if the folder cannot be used, nothing matches `only`, or the ranks are called
+        with different values.
+    RanksError
+        If a rank does not begin within 60 s (PETCONTACT_PATIENCE).
     TeamError, OutputError, OSError
         On one rank, if a result cannot be written or a team is torn: end the job with MPI_Abort.
     """
+    table = {
+        "sweep": repr(sweep.content),
+        "folder": str(folder),
+        "only": [*only],
+        "part": part,
+        "ranks_per_case": ranks_per_case,
+        "force": force,
+    }
+    begin_together(world, lambda: lambda: table)
     began, began_cpu = time.perf_counter(), time.process_time()
     # of its own: a rank that meets an error and looks for the others must not find them waiting in
     # a barrier of the sweep

@@ -15,14 +15,17 @@ import launch
 pytestmark = pytest.mark.mpi
 
 PROGRAM = """
-import json, os, sys
+import json, os, sys, tomllib
 import numpy as np
 from examples import example
 from mpi4py import MPI
-from petcontact import MeshOptions, solve
+from petcontact import MeshOptions, operators, solve
+from petcontact.compare.run import compare
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.rho_rules import Modified
+from petcontact.sweep.design.sweep import build_sweep
+from petcontact.sweep.run import run_sweep
 
 world = MPI.COMM_WORLD
 rank, told = world.Get_rank(), []
@@ -60,6 +63,8 @@ def lost(system, law, iteration):
         raise RuntimeError("this method is lost")
     return SemismoothNewton()(system, law, iteration)
 
+SWEEP = build_sweep("sweep.toml", {"problems": ["block.toml"]}, {"block.toml": tomllib.loads(block().toml())})
+
 def impatient():
     os.environ["PETCONTACT_PATIENCE"] = "0.5"
     try:
@@ -92,6 +97,9 @@ CASES = {
     "other material": lambda: solve(block(material=block().body[0].material.model_copy(update={"young_modulus": 5000.0 + rank}))),
     "other mesh": lambda: solve(block(mesh=MeshOptions(element_size=0.4 + 0.1 * rank))),
     "other options": lambda: solve(block(), petsc_options=on_rank_1({"ksp_type": "gmres"}, {})),
+    "operators of another mesh": lambda: operators(block(mesh=MeshOptions(element_size=0.4 + 0.1 * rank))) and None,
+    "compared with another rho": lambda: compare([("block", block())], rhos=[1.0 + rank]) and None,
+    "another folder": lambda: run_sweep(SWEEP, f"out-{rank}", world),
     "no problem": lambda: solve(on_rank_1("nowhere.toml", block())),
     "adaptive": lambda: solve(block(mesh=MeshOptions()), monitor=fails(ValueError("boom"))),
     "alone": lambda: on_rank_1(lambda: None, impatient)(),
@@ -130,6 +138,9 @@ DIFFER = {
     "other rule": "rank 1 has another rule: fixed, where rank 0 has modified",
     "other material": "rank 1 has another material.young_modulus: 5001.0, where rank 0 has 5000.0",
     "other mesh": "rank 1 has another mesh.element_size: 0.5, where rank 0 has 0.4",
+    "operators of another mesh": "rank 1 has another mesh.element_size: 0.5, where rank 0 has 0.4",
+    "compared with another rho": "rank 1 has another rhos.0: 2.0, where rank 0 has 1.0",
+    "another folder": "rank 1 has another folder: out-1, where rank 0 has out-0",
     "other options": "rank 1 has another petsc.ksp_type: gmres, where rank 0 has nothing",
 }
 
