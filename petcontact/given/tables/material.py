@@ -48,7 +48,10 @@ class Material(Model):
         upper = self.poisson_ratio < 0.5 or (self.plane == "stress" and self.poisson_ratio == 0.5)
         if not (self.poisson_ratio > -1.0 and upper):
             bounds = "(-1, 1/2)" if self.plane == "strain" else "(-1, 1/2] in plane stress"
-            raise ValueError(f"poisson_ratio must lie in {bounds}, got {self.poisson_ratio:g}")
+            rubber = "; rubber has 0.499" if self.poisson_ratio == 0.5 else ""
+            raise ValueError(
+                f"poisson_ratio must lie in {bounds}, got {self.poisson_ratio:g}{rubber}"
+            )
         return self
 
     @property

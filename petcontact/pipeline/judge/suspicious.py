@@ -78,8 +78,10 @@ def _frictions(discrete: Discrete) -> list[Finding]:
         value = 0.0 if mu is None or mu.varies else mu.source
         if value > limit_of("friction coefficient"):
             text = f"a friction coefficient of {value:g}: dry pairs have 0.05 to 1.5"
-            where = f"pair {side.name!r}"
-            findings.append(new_finding("friction coefficient", text, where, measured=float(value)))
+            where, advice = f"pair {side.name!r}", f"{value:g} % is {value / 100.0:g}"
+            findings.append(
+                new_finding("friction coefficient", text, where, advice=advice, measured=value)
+            )
     return findings
 
 
