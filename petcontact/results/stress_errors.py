@@ -20,8 +20,9 @@ from .corners import corners_of
 from .evaluated import Evaluated
 from .number import Key, Number
 from .numbers import end_of
-from .peaks import FINEST, stress_name
+from .peaks import stress_name
 from .singular_places import singular_places
+from .stress_samples import FINEST
 
 BESIDE, INSIDE = 4, 0.2
 """Places at which a stress is compared on the boundary, the nearest that there are, and how far

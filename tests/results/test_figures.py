@@ -18,6 +18,7 @@ from petcontact.mesh.curve_building import build_mesh
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress
+from petcontact.results.figures.outline_curves import outlines
 from petcontact.results.figures.plots import drawings
 from petcontact.results.figures.stress import draw_von_mises
 from petcontact.results.figures.view import view_of
@@ -126,7 +127,7 @@ def test_outlines_run_round_over_elements_of_mixed_orders():
     square = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 2.0)).outline()
     orders = [np.array(side) for side in ([2, 0, 1], [1, 0, 3], [1, 1, 0, 2], [4])]
     mesh = build_mesh(square, [np.linspace(0.0, 1.0, len(side) + 1) for side in orders], orders)
-    ((initial, deformed),) = plane.outlines(mesh, mesh.x, 0.5)  # grows by half: area 9
+    ((initial, deformed),) = outlines(mesh, mesh.x, 0.5)  # grows by half: area 9
     for curve, area in ((initial, 4.0), (deformed, 9.0)):
         (x, y), (x_after, y_after) = curve[:-1].T, curve[1:].T
         assert 0.5 * np.sum(x * y_after - x_after * y) == pytest.approx(area, rel=1e-12)

@@ -14,7 +14,8 @@ from ...runtime.figure_style import legend_below, new_label, plain
 from ..data import SolutionData
 from ..vtu.inside import filled_bodies
 from .model_in_space import draw_space
-from .plane import BODIES, fit_height, outlines, place
+from .outline_curves import outlines
+from .plane import BODIES, fit_height, place
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
 from .surroundings import (
     LOAD,

@@ -1,0 +1,259 @@
+"""Stress of a body at samples, its tops, and the climb to them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Hashable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ..arrays import Array, Mask, shown
+from ..fields.boundary.places import located, sizes
+from ..fields.stress_state import StressState
+from ..round_off import SUMMED, first_largest
+from .evaluated import Evaluated
+from .number import Number
+from .peak_places import places_inside
+from .place import Place
+from .records import StepResult
+from .singular_places import singular_places
+from .strengths import AROUND, end_size, known, level, told_at, tops
+
+NOTHING = 1e-6
+"""Stress, over the largest component in the body, that is none: ten times the defect up to which
+the boundary integral equations are taken for solved."""
+CLIMBS, FINEST, GRID = 20, 1e-3, 25
+"""Most steps of a climb, each to the best of a grid, which is as wide as the places of the one
+before are apart, or twice as wide where the way leads on; it ends with a grid of this share of the
+first, which is as wide as samples are apart. A maximum is flat: its value is right to the square of
+that. A grid has about so many places: three along each direction of space, five inside plane bodies
+and on surfaces, all of them along a curve."""
+AWAY = 8.0
+"""Distance from a sample to a top over half of that to the next samples, at most: beside graded
+elements the next one on the other side may be four times as far away. A way that leads farther,
+though no sample there is larger, leads to a place without a bound or into an element."""
+SHALLOW = 0.5
+"""Distance of stress inside from an element, over half the length of that, up to which it is that
+of the surface: displacements jump from element to element, and the stress that a jump makes falls
+like 1/r. Below the edge of a pressure of 100 on a bolted plate the first principal one was 390, 88,
+40 and 6 at 0.02, 0.1, 0.2 and 0.5, and 19 is the largest on the surface."""
+TRIED = 8
+"""Samples that are climbed from, the largest first, until one leads to a top."""
+ROUND = 25
+"""Places on the arc about a place without a bound, first from side to side, then about the best."""
+
+
+class Samples:
+    """Stress of a body after a step at samples: on its boundary first, then inside."""
+
+    def __init__(self, solution: Evaluated, body: str, step: StepResult) -> None:
+        self._solution, self.body, self._step = solution, body, step
+        self._fields = solution.body_fields(body, step)
+        self.places = singular_places(solution, step)[body]
+        self._near = dict[Hashable, StressState]()
+        self.hide_all()
+        mesh = self._fields.mesh
+        element, boundary = solution.boundary_state(body, step)
+        inside = places_inside(solution, body, step)
+        inside = inside[~self._too_near(inside)]
+        self._element, self._states = element, [boundary]
+        if self._fields.known and len(inside):
+            self._states.append(self._fields.at(inside, outside=np.nan))
+        self._x = np.vstack([state.x for state in self._states])
+        self._away = np.min(
+            [np.full(len(self._x), np.inf), *(place.away(self._x) for place in self.places)],
+            axis=0,
+        )
+        u, material = self._fields.found.u, self._fields.body.material
+        self._whole = float(np.ptp(mesh.x, axis=0).max())
+        strain = float(np.abs(u).max()) / self._whole
+        largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
+        # a rigid motion leaves round-off of E times displacement over the size of the body
+        self._least = max(NOTHING * largest, SUMMED * material.young_modulus * strain)
+
+    @property
+    def fields_known(self) -> bool:
+        """Whether stress inside the body is known."""
+        return self._fields.known
+
+    def hide_all(self) -> None:
+        """Leave out what is nearer to any place than where the stress beside it is told, or in
+        elements that end there."""
+        mesh = self._fields.mesh
+        self._reach = {each: max(each.distance, end_size(mesh, each)) for each in self.places}
+
+    def settle(self, key: str, bound: float) -> list[tuple[float, Place]]:
+        """Find the places where a stress has no bound, beside one that has: that stress at their
+        distances, and the places. Others leave out less."""
+        values, endless = self._values(key)[: len(self._element)], list[tuple[float, Place]]()
+        bound = max(bound, self._least)
+        for place in self.places:
+            own = known(self._solution, self._step, place)
+            stress = told_at(own, key)
+            elsewhere = max(bound, level(place.away(self._x), place, self._values(key)) - stress)
+            # beside a stress without a bound others are not resolved
+            sizes_of = [(fit, fit.amplitude("von_mises")) for fit in own]
+            hidden = [fit.hides(self._fields.mesh, size, elsewhere) for fit, size in sizes_of]
+            ends = stress > elsewhere
+            if not own:  # no more is known than what lies next to it
+                near = np.isin(self._element, place.elements)
+                stress = float(values[near].max(initial=0.0)) if near.any() else np.inf
+                # without modes it grows like a logarithm, or a force acts there
+                ends, hidden = stress > bound or not place.expansions, [place.distance]
+            if ends:
+                endless.append((stress, place))
+            self._reach[place] = max(hidden)
+        return endless
+
+    def without_bound(self, name: str, place: Place) -> Number:
+        """Return the number that says that a stress has no bound at a place, in no step."""
+        where = "" if place.is_edge else f" {shown(place.x)}"
+        end = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
+        name = f"{name} stress at {place.sides}{where}"
+        return Number(name, self.body, *end, place.x, place.sides, place.x)
+
+    def largest_on_arc(
+        self, key: str, place: Place, low: float = 0.0, high: float | None = None
+    ) -> tuple[float, Array, float, float]:
+        """Return the largest stress at the distance of a place between two angles, by default those
+        of its sides, where it is, and the angles of the points beside that."""
+        theta = np.linspace(low, place.angle if high is None else high, ROUND)
+        known = place, low, high
+        if known not in self._near:
+            way = np.outer(np.cos(theta), place.along) + np.outer(np.sin(theta), place.inward)
+            points = place.x + place.distance * way
+            self._near[known] = self._fields.at(points, outside=np.nan)
+        state = self._near[known]
+        values = np.nan_to_num(getattr(state, key), nan=-np.inf)
+        k = first_largest(values)
+        ends = float(theta[max(k - 1, 0)]), float(theta[min(k + 1, ROUND - 1)])
+        return float(values[k]), state.x[k], *ends
+
+    def beside(self, name: str, key: str, place: Place) -> Number:
+        """Return the largest stress at the distance of a place without a bound."""
+        best, x, low, high = self.largest_on_arc(key, place)
+        closer = self.largest_on_arc(key, place, low, high)
+        best, x = max((best, x), closer[:2], key=lambda each: each[0])
+        mesh, end = self._fields.mesh, (self._step.step, self._step.cycle)
+        element = int(located(mesh, x[None])[0][0])
+        part = mesh.part_names[mesh.part[element]] if element >= 0 else ""
+        value = np.array([max(best, 0.0)])
+        return Number(
+            f"{name} beside {place.sides}",
+            self.body,
+            *end,
+            value,
+            "stress",
+            alone=FINEST * best,
+            place=x,
+            part=part,
+            beside=place.x,
+        )
+
+    def peaks(self, key: str, inside: bool) -> Iterator[Number]:
+        """Yield the largest samples that are tops, on the boundary or inside; they have no names
+        yet."""
+        values, count, mesh = self._values(key), len(self._element), self._fields.mesh
+        # inside nothing is larger, on the surface nothing on it
+        seen = len(values) if inside else count
+        usable = np.isfinite(values) & ~self._near_unbounded(self._x)
+        usable[:count] &= not inside
+        rows = tops(self._x[:seen], values[:seen], self._away[:seen], usable[:seen])
+        for k in itertools.islice(rows, TRIED):
+            part = "" if inside else mesh.part_names[mesh.part[self._element[k]]]
+            end = self._step.step, self._step.cycle, values[k : k + 1], "stress"
+            yield Number("", self.body, *end, place=self._x[k], part=part)
+
+    def top(self, key: str, peak: Number, above: float) -> Number | None:
+        """The top near a sample; None where it is not above a bound, or where the way up leads to a
+        place without a bound.
+
+        Between samples, and between places of a grid, stress is larger than at the best of them by
+        less than it varies from place to place.
+        """
+        value, place = float(peak.value[0]), peak.place
+        assert place is not None  # those of `peaks` have one
+        if abs(value) <= self._least:
+            return peak if value > above else None
+        away = np.linalg.norm(self._x - place, axis=1)
+        nearest = np.argsort(away)[: AROUND + 1]
+        if 2.0 * value - float(self._values(key)[nearest].min()) <= above:
+            return None
+        step = 0.5 * float(away[nearest[len(place) + 1]])
+        reached = self._climbed(key, value, place, peak.part, step, above)
+        if reached is None or reached[0] <= above:
+            return None
+        return replace(peak, value=np.array([reached[0]]), place=reached[1])
+
+    def _climbed(
+        self, key: str, value: float, start: Array, part: str, first: float, above: float
+    ) -> tuple[float, Array] | None:
+        """The top that is reached from a value at a place, by grids of some first half width."""
+        ways, apart = self._ways(start, part)
+        place, step = start, first
+        for _ in range(CLIMBS):
+            x, values = self._values_near(key, place, step, ways, part)
+            k, reached = first_largest(values), 0.0
+            if values[k] > value + FINEST**2 * abs(value):
+                if np.linalg.norm(x[k] - start) > AWAY * first:
+                    return None
+                if self._near_unbounded(x[k : k + 1])[0]:
+                    return None
+                reached = float(np.linalg.norm(x[k] - place))
+                value, place = float(values[k]), x[k]
+            leads_on = reached > (1.0 - apart) * step
+            least = float(values[np.isfinite(values)].min(initial=value))
+            if not leads_on and 2.0 * value - least <= above:
+                return None
+            step *= 2.0 if leads_on else apart
+            if step < FINEST * first:
+                break
+        return value, place
+
+    def _ways(self, place: Array, part: str) -> tuple[Array, float]:
+        """The ways (k, d) from a place to those of a grid of half width 1, inside or on
+        the plane that touches the surface, and how far apart these are."""
+        mesh, axes = self._fields.mesh, np.eye(len(place))
+        if part:
+            foot = located(mesh, place[None], part, within=sizes(mesh))
+            axes = mesh.tangents_to(mesh.at(*foot)[1])[0]
+        count = round(GRID ** (1.0 / len(axes)))
+        grid = np.meshgrid(*[np.linspace(-1.0, 1.0, count)] * len(axes))
+        return np.reshape(grid, (len(axes), -1)).T @ axes, 1.0 / count
+
+    def _values_near(
+        self, key: str, place: Array, step: float, ways: Array, part: str
+    ) -> tuple[Array, Array]:
+        """Points of a grid about a place, or their feet on a part of the surface, and the stress
+        there."""
+        # one top is looked for by several names, and again beside places without a bound
+        known = place.tobytes(), step, part
+        if known not in self._near:
+            self._near[known] = self._state_near(place + step * ways, part)
+        state = self._near[known]
+        return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
+
+    def _state_near(self, points: Array, part: str) -> StressState:
+        """Stress at points inside, or at the feet of points on a part of the surface."""
+        mesh = self._fields.mesh
+        if part:
+            element, foot = located(mesh, points, part, within=sizes(mesh))
+            return self._fields.on_boundary(element[element >= 0], foot[element >= 0])
+        return self._fields.at(points[~self._too_near(points)], outside=np.nan)
+
+    def _too_near(self, x: Array) -> Mask:
+        """Which points (q, d) inside are nearer to an element than `SHALLOW` times its size."""
+        reach = SHALLOW * sizes(self._fields.mesh)
+        return located(self._fields.mesh, x, within=reach)[0] >= 0
+
+    def _near_unbounded(self, x: Array) -> Mask:
+        """Which points (q, d) lie next to places without a bound."""
+        left_out = (place.away(x) < reach for place, reach in self._reach.items())
+        return np.asarray(np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
+
+    def _values(self, key: str) -> Array:
+        """Return the stress at all samples; values that are not finite are -∞."""
+        values = np.concatenate([getattr(state, key) for state in self._states])
+        values = np.where(np.abs(values) < self._least, 0.0, values)
+        return np.where(np.isfinite(values), values, -np.inf)
