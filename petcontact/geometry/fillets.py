@@ -37,14 +37,7 @@ def rounded(vertices: Array, fillet: float = 0.0) -> list[Side]:
     >>> len(sides), round(sum(side.length for side in sides), 6)
     (8, 3.570796)
     """
-    import shapely
-
-    if not (moves := (np.roll(vertices, -1, axis=0) != vertices).any(axis=1)).all():
-        point = shown(vertices[moves.argmin()])
-        raise InputError(f"vertices: {point} is given twice one after another")
-    if not (ring := shapely.Polygon(vertices)).is_valid or ring.area == 0.0:
-        raise InputError("vertices: the polygon crosses or touches itself, or encloses nothing")
-    corners = vertices if signed_area(vertices) > 0.0 else vertices[::-1]
+    corners = _checked(vertices)
     length, along, before, turn = _turns(corners)
     cut = fillet * np.tan(0.5 * np.abs(turn))
     left = length - cut - np.roll(cut, -1)
@@ -62,6 +55,18 @@ def rounded(vertices: Array, fillet: float = 0.0) -> list[Side]:
         if left[k] > WRITTEN * length[k]:
             sides.append(Side(first[k], np.roll(last, -1, axis=0)[k], ""))
     return sides
+
+
+def _checked(vertices: Array) -> Array:
+    """The vertices of a simple polygon (n, 2), counter-clockwise."""
+    import shapely
+
+    if not (moves := (np.roll(vertices, -1, axis=0) != vertices).any(axis=1)).all():
+        point = shown(vertices[moves.argmin()])
+        raise InputError(f"vertices: {point} is given twice one after another")
+    if not (ring := shapely.Polygon(vertices)).is_valid or ring.area == 0.0:
+        raise InputError("vertices: the polygon crosses or touches itself, or encloses nothing")
+    return vertices if signed_area(vertices) > 0.0 else vertices[::-1]
 
 
 def _turns(corners: Array) -> tuple[Array, Array, Array, Array]:

@@ -44,18 +44,16 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array, Array]:
     j, i = within(x, x, (0.5 + TOGETHER) * length)
     i, j = i[panel[i] != panel[j]], j[panel[i] != panel[j]]
     width = np.minimum(length, 2.0 / TOGETHER * np.linalg.norm(inside, axis=1))
-    near = np.minimum(
-        _distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])
-    ) < TOGETHER * np.minimum(width[i], width[j])
+    off = np.minimum(_distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j]))
+    near = off < TOGETHER * np.minimum(width[i], width[j])
     # the middle of a side may also be a corner of smaller panels, where their sides end
     near &= np.abs(np.sum((x[i] - x[j]) * (b - a)[j], axis=1)) < length[j] * (
         0.5 * length[j] - np.minimum(TOGETHER * length[j], 0.25 * length[i])
     )
     i, j = i[near], j[near]
     turn = np.arccos(np.clip(np.sum(normal[i] * normal[j], axis=1), -1.0, 1.0))
-    convex = np.sum(inside[i] * normal[j], axis=1) <= 0.0
-    between = np.where(convex, math.pi - turn, math.pi + turn)
-    return numbers[panel[i]], numbers[panel[j]], between, _shorter(a, b, i, j)
+    turn *= np.where(np.sum(inside[i] * normal[j], axis=1) <= 0.0, -1.0, 1.0)  # convex ones
+    return numbers[panel[i]], numbers[panel[j]], math.pi + turn, _shorter(a, b, i, j)
 
 
 def _shorter(start: Array, end: Array, one: Index, other: Index) -> Array:
