@@ -353,18 +353,7 @@ class Statements:
                 self.used.add(row[0].upper())
                 faces = self.surfaces[row[0].upper()]
             elif kind in ("GRAV", "CENTRIF"):
-                size, *way = self.floats(keyword, (*row[2:9], *[""] * 7)[:7])
-                loads: dict[str, Any] = {"acceleration": [size * c for c in way[:3]]}
-                if kind == "CENTRIF":
-                    if size < 0.0:
-                        raise self.error(keyword, f"CENTRIF: ω² is not negative, got {size:g}")
-                    loads = {
-                        "angular_velocity": math.sqrt(size),
-                        "centre": way[:3],
-                        "axis": way[3:],
-                    }
-                for number in self.file.members(row[0], "ELSET"):
-                    self.volume[-1][number] = self.volume[-1].get(number, {}) | loads
+                self._volume_load(keyword, kind, row)
                 continue
             elif kind[:1] == "P" and kind[1:].isdecimal():
                 faces = self._faces(keyword, row[0], self.file.members(row[0], "ELSET"), kind)
@@ -372,6 +361,16 @@ class Statements:
                 self.note(keyword, f"load {kind or 'missing'} on {row[0]}; not taken")
                 continue
             self.pressed[-1] |= dict.fromkeys(faces, self.floats(keyword, row[2:3])[0])
+
+    def _volume_load(self, keyword: Keyword, kind: str, row: Sequence[str]) -> None:
+        size, *way = self.floats(keyword, (*row[2:9], *[""] * 7)[:7])
+        loads: dict[str, Any] = {"acceleration": [size * c for c in way[:3]]}
+        if kind == "CENTRIF":
+            if size < 0.0:
+                raise self.error(keyword, f"CENTRIF: ω² is not negative, got {size:g}")
+            loads = {"angular_velocity": math.sqrt(size), "centre": way[:3], "axis": way[3:]}
+        for number in self.file.members(row[0], "ELSET"):
+            self.volume[-1][number] = self.volume[-1].get(number, {}) | loads
 
     def floats(self, keyword: Keyword, words: Sequence[str]) -> list[float]:
         """Return the numbers of a row; a number that is left out is 0."""
