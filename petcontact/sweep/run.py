@@ -81,15 +81,19 @@ def run_sweep(
     TeamError, OutputError, OSError
         On one rank, if a result cannot be written or a team is torn: end the job with MPI_Abort.
     """
-    table = {
-        "sweep": repr(sweep.content),
-        "folder": str(folder),
-        "only": [*only],
-        "part": part,
-        "ranks_per_case": ranks_per_case,
-        "force": force,
-    }
-    begin_together(world, lambda: lambda: table)
+    begin_together(
+        world,
+        lambda: (
+            lambda: {
+                "sweep": repr(sweep.content),
+                "folder": str(folder),
+                "only": [*only],
+                "part": part,
+                "ranks_per_case": ranks_per_case,
+                "force": force,
+            }
+        ),
+    )
     began, began_cpu = time.perf_counter(), time.process_time()
     # of its own: a rank that meets an error and looks for the others must not find them waiting in
     # a barrier of the sweep
@@ -108,25 +112,12 @@ def run_sweep(
     if world.Get_rank() == 0:
         place.write_index(sweep, identity)
         own = list(map(costs.__getitem__, np.unique(groups.of_case[to_do])))
-        remarks = [
-            *describe(
-                sweep,
-                own,
-                (len(chosen), len(chosen) - len(to_do), len(to_do), len(own)),
-                team.count,
-                ranks_per_case,
-            ),
-            *remarks,
-        ]
-        for line in remarks:
+        counts = len(chosen), len(chosen) - len(to_do), len(to_do), len(own)
+        for line in (*describe(sweep, own, counts, team.count, ranks_per_case), *remarks):
             say(line)
     path = place.logs / f"{name}-{world.Get_rank():05d}.log"
     worker = _Worker(sweep, groups, team, Log(path), identity, more)
-    worker.work(
-        make_parts(to_do, groups.of_case, costs, team.count),
-        Counters(running),
-        world,
-    )
+    worker.work(make_parts(to_do, groups.of_case, costs, team.count), Counters(running), world)
     logs = world.gather(
         (path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
     )
