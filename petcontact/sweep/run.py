@@ -112,8 +112,15 @@ def run_sweep(
     if world.Get_rank() == 0:
         place.write_index(sweep, identity)
         own = list(map(costs.__getitem__, np.unique(groups.of_case[to_do])))
-        counts = len(chosen), len(chosen) - len(to_do), len(to_do), len(own)
-        for line in (*describe(sweep, own, counts, team.count, ranks_per_case), *remarks):
+        for line in describe(
+            sweep,
+            own,
+            (len(chosen), len(chosen) - len(to_do), len(to_do), len(own)),
+            team.count,
+            ranks_per_case,
+        ):
+            say(line)
+        for line in remarks:
             say(line)
     path = place.logs / f"{name}-{world.Get_rank():05d}.log"
     worker = _Worker(sweep, groups, team, Log(path), identity, more)
