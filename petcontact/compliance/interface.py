@@ -219,7 +219,14 @@ class ContactMaps:
         rows = np.flatnonzero(entries)
         carried = np.ascontiguousarray(own.T)
         felt = np.ascontiguousarray((self.traction[rows] @ carried).T)
-        total[np.ix_(rows, rows)] += self.displacement[rows] @ felt
+        block = self.displacement[rows] @ felt
+        # runs of neighbouring rows: slices are added several times as fast as single entries
+        starts = np.flatnonzero(np.diff(rows, prepend=-2) > 1)
+        runs = [slice(*ends) for ends in itertools.pairwise([*starts.tolist(), len(rows)])]
+        there = [slice(int(rows[run.start]), int(rows[run.stop - 1]) + 1) for run in runs]
+        for one, own_rows in zip(there, runs, strict=True):
+            for other, columns in zip(there, runs, strict=True):
+                total[one, other] += block[own_rows, columns]
 
     def seen(self, moved: Array) -> Array:
         """Return the v that a displacement of the body causes."""
