@@ -11,6 +11,7 @@ from problems import block, posed
 
 from petcontact import solve
 from petcontact.errors import InputError
+from petcontact.model.shapes.plane import SideBySide
 
 E, NU, FORCE, R = 210_000.0, 0.3, 1000.0, 300.0
 HERTZ = np.sqrt(FORCE * E / (1.0 - NU**2) / (np.pi * R))
@@ -163,3 +164,23 @@ def test_a_mistake_is_one_line(given, told):
         problem = posed(rail(SIDE.format(given)))
         problem.outline(0)
     assert told in str(error.value) and "\n" not in str(error.value)
+
+
+HEAD = {"part": "head", "points": np.column_stack([X[::-1], -ARC[::-1]])}
+FOOT = {"part": "foot", "to": (0.0, -40.0)}
+
+
+@pytest.mark.parametrize("loop", [[HEAD, FOOT], [FOOT, HEAD]])
+def test_the_side_before_goes_on_straight_to_the_first_point(loop):
+    sides = SideBySide(loops=[loop]).outline().sides
+    straight = [(*s.start, *s.end) for s in sides if s.part == "foot"]
+    ends = (-20.0, -ARC[0]), (0.0, -40.0), (20.0, -ARC[0])
+    assert np.allclose(straight, [(*ends[0], *ends[1]), (*ends[1], *ends[2])])
+
+
+def test_a_side_may_begin_one_point_before_its_points():
+    head = {"part": "head", "points": HEAD["points"][1:]}
+    right = {"part": "right", "to": tuple(HEAD["points"][0])}
+    sides = SideBySide(loops=[[head, FOOT, right]]).outline().sides
+    assert np.array_equal(sides[0].start, HEAD["points"][0])
+    assert [s.part for s in sides if s.curvature == 0.0] == ["foot", "right"]

@@ -47,7 +47,9 @@ def test_a_ball_under_its_weight_does_not_roll():
     solution = solve(problem(**ball()))
     assert solution.converged and np.abs(solution.last.alpha[3:]).max() < 1e-12
     force = solution.last.pairs["c"].force
-    assert np.abs(force[:2]).max() < 1e-10 * force[2] and np.isclose(force[2], 4e-4 / 3 * np.pi, rtol=0.02)
+    assert np.abs(force[:2]).max() < 1e-10 * force[2] and np.isclose(
+        force[2], 4e-4 / 3 * np.pi, rtol=0.02
+    )
 
 
 def test_what_panels_of_a_ball_miss_of_its_weight_is_in_the_error_of_forces():

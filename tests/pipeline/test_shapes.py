@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy
 from problems import block, obstacle, posed
 from shapes import cuboid, drawn, moved, problem, rectangle, solid, touching
 
@@ -330,3 +331,38 @@ def test_a_tool_smaller_than_a_face_leaves_what_its_expression_leaves(shape, cen
         assert np.isinf(pair.gap).any() == (own is shapes)
         left.append(remainder.squares(pair).sum())
     assert left[0] == pytest.approx(left[1], rel=0.2)
+
+
+def half_space(head, tool):
+    """A large block, which a tool presses with a force of 10."""
+    low = [0.0 if head else -50.0, -50.0]
+    text = head + block(
+        "block", low, [50.0, 0.0], 1000.0, 0.3, "accuracy = 0.05", bottom=[0.0, 0.0]
+    )
+    text += obstacle("tool", [0.0, "free"], f"force = [0.0, -10.0]\n{tool}")
+    text += '[[contact]]\nname = "pair"\nsecondary = "block.top"\nprimary = "tool"\n'
+    return text + "direction = [0.0, 1.0]\n"
+
+
+STIFF = 1000.0 / (1.0 - 0.3**2)
+
+
+def test_a_punch_with_rounded_corners_touches_as_far_as_ciavarella_says():
+    """A flat of half width a and radius R under P: with sin φ = a/b, P R / (a² E*) = (π - 2φ) / (2
+    sin² φ) - cot φ (M. Ciavarella, D. A. Hills and G. Monno, The influence of rounded edges on
+    indentation by a flat punch, Proc. Inst. Mech. Eng. C 212, 1998)."""
+
+    def load(phi):
+        return 0.5 * STIFF * ((np.pi - 2.0 * phi) / (2.0 * np.sin(phi) ** 2) - 1.0 / np.tan(phi))
+
+    phi = scipy.optimize.brentq(lambda phi: load(phi) - 10.0, 1e-2, 0.5 * np.pi - 1e-9)
+    tool = 'shape = "box"\nlower = [-2.0, 0.0]\nupper = [2.0, 3.0]\nfillet = 1.0'
+    assert np.isclose(last(half_space("", tool)).area, 2.0 / np.sin(phi), rtol=1e-3)
+
+
+def test_a_cone_of_a_polygon_touches_as_far_as_sneddon_says():
+    """Under P a cone of slope m touches up to a: P = π E* a² m / 2."""
+    tool = 'shape = "polygon"\nvertices = [[0.0, 0.0], [10.0, 0.2], [0.0, 0.2]]'
+    radius = np.sqrt(10.0 / (0.5 * np.pi * STIFF * 0.02))
+    pair = last(half_space(AXIAL, tool))
+    assert np.isclose(pair.area, np.pi * radius**2, rtol=2e-3)
