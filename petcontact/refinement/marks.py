@@ -309,7 +309,7 @@ def default_mesh(body: Body, outline: Outline) -> BoundaryMesh:
     graded = GradedOutline.from_body(body, outline)
     level = REFINEMENT_LEVELS[first_level(body.mesh.accuracy or ACCURACY)]
     largest = [
-        side.length / UNSEEN if contact and not len(given) else np.inf
+        side.whole / UNSEEN if contact and not len(given) else np.inf
         for side, contact, given in zip(outline.sides, graded.contact, graded.given, strict=True)
     ]
     return graded.mesh(level, largest, None).mesh
