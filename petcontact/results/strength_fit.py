@@ -4,8 +4,9 @@ Displacements u and tractions t at the nodes on both sides of the place, on all 
 that end there, are fitted by fields of its `Expansion`: a translation, the modes, and fields that
 satisfy equilibrium but no condition on the sides, with the exponents of all regular terms, of loads
 (1, 2, 3), and of what curved sides add to the modes (λ + 1, λ + 2). Rows are 2µ u and r t, both
-over r^λ, each weighted by the length of the boundary over r. So every decade of r counts alike,
-as elements graded towards the place are as exact in each.
+over r^λ, each weighted by the length of the boundary over r, and by how far the row is expected to
+be off: by what polynomials of its element leave of r^λ, by what is wrong at the place itself, and
+by the terms that are left out.
 """
 
 from __future__ import annotations
