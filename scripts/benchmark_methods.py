@@ -216,10 +216,8 @@ def clarabel(dual: Dual) -> Array:
     settings = package.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-13
-    constraints, limits = (
-        scipy.sparse.vstack([identity, -identity], format="csc"),
-        np.concatenate([bound, bound]),
-    )
+    constraints = scipy.sparse.vstack([identity, -identity], format="csc")
+    limits = np.concatenate([bound, bound])
     cones = [package.NonnegativeConeT(2 * len(q))]
     solver = package.DefaultSolver(
         scipy.sparse.csc_matrix(np.triu(p)), q, constraints, limits, cones, settings
@@ -312,8 +310,8 @@ def main() -> None:
     if arguments.quick:
         arguments.sizes = [20]
     print(
-        "| solver | n_C | time/ms | times Newton, Cholesky | error of σ_t |\n| --- | ---: | ---: | "
-        "---: | ---: |"
+        "| solver | n_C | time/ms | times Newton, Cholesky | error of σ_t |\n| --- | ---: | ---: "
+        "| ---: | ---: |"
     )
     for size in arguments.sizes:
         dual = example_1(size)

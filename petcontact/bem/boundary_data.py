@@ -202,10 +202,8 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     away.
     """
     given = ~data.traction_known
-    extent, largest = (
-        float(np.ptp(mesh.x, axis=0).max()),
-        np.abs(data.value[:, given]).max(initial=0.0),
-    )
+    extent = float(np.ptp(mesh.x, axis=0).max())
+    largest = np.abs(data.value[:, given]).max(initial=0.0)
     if largest == 0.0 or mesh.weight @ np.sum(mesh.x * mesh.normal, axis=1) < 0.0:
         return data
     tiny = float(mesh.measure.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
@@ -235,10 +233,8 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
         )
         if not turned.any():
             return data
-        amplitudes, left = (
-            amplitudes * turned,
-            np.where(turned[:, None], 0.0, data.value[:, elsewhere]),
-        )
+        amplitudes = amplitudes * turned
+        left = np.where(turned[:, None], 0.0, data.value[:, elsewhere])
     value[:, elsewhere] = np.where(np.abs(left) > ROUNDED * there, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 

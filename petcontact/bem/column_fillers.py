@@ -34,10 +34,8 @@ class PlainFiller:
             chunk = slice(first, first + ROWS)
             g, h = self._kernels(rows[chunk], columns)
             if system is not None:
-                frame, traction_known = (
-                    self.data.frame[columns],
-                    self.data.traction_known[columns][:, :, None],
-                )
+                frame = self.data.frame[columns]
+                traction_known = self.data.traction_known[columns][:, :, None]
                 system[:, :, chunk] = _times(h, frame * traction_known) - _times(
                     g, frame * ~traction_known
                 )

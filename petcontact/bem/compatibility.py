@@ -62,8 +62,8 @@ def _check_end(
     if u is not None and abs(u @ normal) > SINGLE * np.linalg.norm(u) + least:
         raise InputError(
             f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
-            f"{shown(_at(side, end[1])[0])}, "
-            f"where it meets the contact part {met.part!r}, whose u_n is 0"
+            f"{shown(_at(side, end[1])[0])}, where it meets the contact part {met.part!r}, whose "
+            "u_n is 0"
         )
 
 
@@ -109,8 +109,8 @@ def _check_axis(body: Body, outline: Meridian) -> None:
             for c, name in zip(range(0, len(moved.value), 2), ("u_r", "u_θ"), strict=False):
                 if u is not None and abs(u[c]) > 1e-12 * outline.diameter:
                     raise InputError(
-                        f"{side.part}.value[{c}]: is {u[c]:g} at "
-                        f"{shown(_at(side, xi)[0])}, on the axis, where {name} is 0"
+                        f"{side.part}.value[{c}]: is {u[c]:g} at {shown(_at(side, xi)[0])}, on "
+                        f"the axis, where {name} is 0"
                     )
 
 
@@ -144,7 +144,7 @@ def _check_loads(loads: Loads) -> None:
     if loads.centre is not None and loads.centre[0] != 0.0:
         raise InputError(
             f"loads.centre[0]: is {loads.centre[0]:g}; a body of revolution turns about its axis "
-            f"x = 0"
+            "x = 0"
         )
 
 

@@ -52,10 +52,8 @@ def fill_dense(
             operators.fill_columns(rows, columns, block, beside)
             if block is not target:
                 target[:] = block
-            begin, taken = (
-                int(np.count_nonzero(of_contact[: own[0]])) if len(own) else 0,
-                np.flatnonzero(chosen),
-            )
+            begin = int(np.count_nonzero(of_contact[: own[0]])) if len(own) else 0
+            taken = np.flatnonzero(chosen)
             # "clip": what may raise is written to a buffer first
             np.take(beside, taken, axis=0, out=contact[begin : begin + len(taken)], mode="clip")
         if not chosen.all():

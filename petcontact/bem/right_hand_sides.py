@@ -107,10 +107,8 @@ def _of_components(data: BoundaryData, traction_scale: float) -> list[Columns]:
     """Return one column for each known component of a node, and one for each node and independent
     load of the volume."""
     loaded, component = np.nonzero(np.any(data.value != 0.0, axis=0))
-    unit, traction_known = (
-        data.frame[loaded, component],
-        data.traction_known[loaded, component, None],
-    )
+    unit = data.frame[loaded, component]
+    traction_known = data.traction_known[loaded, component, None]
     values = np.where(data.traction_known, data.value / traction_scale, data.value)[
         :, loaded, component
     ]

@@ -73,10 +73,9 @@ def build_parser() -> Parser:
         allow_abbrev=False,
         description="Boundary elements for frictional contact of elastic bodies, on PETSc.",
         epilog="Options with one dash and a longer name are PETSc's (-ksp_type gmres, "
-        "-ksp_monitor, -log_view); -help "
-        "lists those of the objects that a command builds. Exit status: 0 converged, 2 bad input, "
-        "3 not converged, "
-        "1 anything else, 128 + its number for a signal.",
+        "-ksp_monitor, -log_view); -help lists those of the objects that a command builds. Exit "
+        "status: 0 converged, 2 bad input, 3 not converged, 1 anything else, 128 + its number for "
+        "a signal.",
     )
     parser.add_argument("--version", action="version", version=f"petcontact {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)

@@ -22,8 +22,8 @@ COMMANDS = {
     "plot": "draw the figures of a result file",
     "export": "tables of a result as CSV, or all increments as one .vtkhdf file for ParaView",
     "field": "displacement and stress inside the body: .vtu for ParaView, and a figure",
-    "fatigue": "fatigue parameters over a cycle of load steps, on and below the surface: table and "
-    "figure",
+    "fatigue": "fatigue parameters over a cycle of load steps, on and below the surface: table "
+    "and figure",
     "completion": "what lets a shell complete commands and options",
     "schema": "JSON Schema of config files, for editors",
     "help": "chapters of the manual",

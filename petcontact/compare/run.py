@@ -225,11 +225,9 @@ class _Trials:
                 method,
                 lambda state: path.append((system.applications - first, self._residual(state))),
             )
-        solves, applications, began = (
-            system.elastic_solves,
-            system.applications,
-            time.perf_counter(),
-        )
+        solves = system.elastic_solves
+        applications = system.applications
+        began = time.perf_counter()
         state = self.iterate(method)
         seconds = time.perf_counter() - began
         return Trial(

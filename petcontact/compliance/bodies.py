@@ -258,10 +258,8 @@ class BodiesSystem:
         return copy.copy(self._layer[0]) if self._layer else None
 
     def _half_spaces(self) -> Array:
-        identity, total = (
-            np.eye(self.k * self.size),
-            np.zeros((self.k * self.size, self.k * self.size)),
-        )
+        identity = np.eye(self.k * self.size)
+        total = np.zeros((self.k * self.size, self.k * self.size))
         for body, maps in zip(self.bodies, self._maps, strict=True):
             own = half_space(body.operators, body.contact, body.data.contact_frame)
             total += maps.seen(own @ maps.carried(identity))

@@ -139,10 +139,8 @@ class DenseCompliance(ContactCompliance):
         rows[np.arange(count), np.arange(inner.start, inner.start + count)] += 1.0
         if border is not None:
             rows[:count, n:] = factors[inner, None] * border.columns[inner]
-            rows[count:, :n], rows[count:, n:] = (
-                border.rows[max(first - n, 0) : max(last - n, 0)],
-                0.0,
-            )
+            rows[count:, :n] = border.rows[max(first - n, 0) : max(last - n, 0)]
+            rows[count:, n:] = 0.0
         solver.factor()
         self._of = factors.copy(), modes, border
         return border

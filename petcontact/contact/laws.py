@@ -194,16 +194,12 @@ class SignoriniCoulomb:
         """
         if type(self) is not SignoriniCoulomb:
             return None
-        projection, constant, derivative = (
-            np.empty(tau.shape),
-            np.empty(tau.shape),
-            np.empty((*tau.shape, self.k)),
-        )
-        active, stick, states = (
-            np.empty(tau.shape, dtype=bool),
-            np.empty(tau.shape, dtype=bool),
-            np.empty(len(tau), np.int8),
-        )
+        projection = np.empty(tau.shape)
+        constant = np.empty(tau.shape)
+        derivative = np.empty((*tau.shape, self.k))
+        active = np.empty(tau.shape, dtype=bool)
+        stick = np.empty(tau.shape, dtype=bool)
+        states = np.empty(len(tau), np.int8)
         self._fill(tau, projection, derivative, states, constant, active, stick)
         return Linearisation(tau, constant, derivative, active, stick, states)
 

@@ -77,10 +77,8 @@ class Linearisation:
 
     def traction(self, y: Array) -> Array:
         """Return Π' y, (m, k): the change of σ by y on the active components."""
-        kept, result = (
-            [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)],
-            np.empty(y.shape),
-        )
+        kept = [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)]
+        result = np.empty(y.shape)
         derivative, active, given = map(native.pointer, kept)
         _TRACTION(
             *y.shape,
@@ -102,10 +100,8 @@ class Linearisation:
         y is σ so far where nodes stick, and -τ elsewhere.
         """
         given = (self.derivative, self.constant, self.tau, rho, self.active, self.stick, so_far)
-        kept, sigma, slack = (
-            [*map(np.ascontiguousarray, given)],
-            np.empty(so_far.shape),
-            np.empty(so_far.shape),
-        )
+        kept = [*map(np.ascontiguousarray, given)]
+        sigma = np.empty(so_far.shape)
+        slack = np.empty(so_far.shape)
         _TRACTION(*so_far.shape, *map(native.pointer, (*kept, sigma, slack)))
         return sigma, slack

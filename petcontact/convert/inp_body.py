@@ -245,7 +245,7 @@ class InpBody:
         if len(names) > 1:
             raise InputError(
                 f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body "
-                f"has one"
+                "has one"
             )
         material: dict[str, Any] = dict(reader.materials.get(next(iter(names)), {}))
         if "young_modulus" not in material:

@@ -107,19 +107,17 @@ def read_inp(path: str | Path) -> InpFile:
         if keyword.name in ("PART", "INSTANCE", "ASSEMBLY"):
             raise InputError(
                 f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; "
-                f"write a flat "
-                "file (in Abaqus/CAE an attribute of the model)"
+                "write a flat file (in Abaqus/CAE an attribute of the model)"
             )
         if keyword.name == "INCLUDE" or "INPUT" in keyword.parameters:
             raise InputError(
-                f"{path}: line {keyword.line}: *{keyword.name}: other files are not read; put them "
-                f"into this one"
+                f"{path}: line {keyword.line}: *{keyword.name}: other files are not read; put "
+                "them into this one"
             )
         if keyword.name == "SYSTEM" or keyword.parameters.get("SYSTEM", "R").upper() != "R":
             raise InputError(
                 f"{path}: line {keyword.line}: *{keyword.name}: nodes in another system are not "
-                f"read; write "
-                "them along the axes"
+                "read; write them along the axes"
             )
         try:
             _take(file, keyword)
@@ -215,8 +213,7 @@ def _elements(file: InpFile, keyword: Keyword) -> list[int]:
     if len(words) % width:
         raise InputError(
             f"{file.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of "
-            f"{width}, "
-            f"the number of an element of type {kind} and its nodes"
+            f"{width}, the number of an element of type {kind} and its nodes"
         )
     numbers = words[::width]
     _new(file, keyword, file.elements, numbers)

@@ -262,10 +262,8 @@ class Statements:
             self.covering.setdefault(name, set()).update(nodes)
             return
         for row in keyword.rows:
-            numbers, side = (
-                self.file.members(row[0], "ELSET"),
-                row[1].upper() if len(row) > 1 else "",
-            )
+            numbers = self.file.members(row[0], "ELSET")
+            side = row[1].upper() if len(row) > 1 else ""
             if not (side[:1] == "S" and side[1:].isdecimal()):
                 self.note(
                     keyword,

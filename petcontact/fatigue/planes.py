@@ -67,10 +67,8 @@ def _search(stress: Array, value: OnPlanes) -> tuple[Array, Array]:
     values = value(stress, planes)
     # better planes are looked for next to these
     chosen = np.argsort(-values, axis=1)[:, :4]
-    best, normal = (
-        np.take_along_axis(values, chosen, 1),
-        np.take_along_axis(planes, chosen[..., None], 1),
-    )
+    best = np.take_along_axis(values, chosen, 1)
+    normal = np.take_along_axis(planes, chosen[..., None], 1)
     reach = 2.0 / np.sqrt(SPREAD)
     angle = 2.0 * np.pi * np.arange(AROUND) / AROUND
     for turn in range(RINGS):

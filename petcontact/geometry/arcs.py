@@ -200,6 +200,5 @@ def check_digits(size: float, points: Sequence[Array], what: str) -> None:
     if not size > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE):
         raise InputError(
             f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too "
-            f"little for 16 "
-            "digits, choose another origin or unit of length"
+            "little for 16 digits, choose another origin or unit of length"
         )

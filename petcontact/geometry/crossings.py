@@ -42,10 +42,8 @@ def first_crossing(points: Array, triangles: Index) -> Array | None:
         shared = np.any(
             triangles[first_of_pair][:, :, None] == triangles[second_of_pair][:, None], axis=(1, 2)
         )
-        first_of_pair, second_of_pair = (
-            first_of_pair[~apart & ~shared],
-            second_of_pair[~apart & ~shared],
-        )
+        first_of_pair = first_of_pair[~apart & ~shared]
+        second_of_pair = second_of_pair[~apart & ~shared]
         for a, b in ((first_of_pair, second_of_pair), (second_of_pair, first_of_pair)):
             place = _pierced(corners[a], corners[b])
             if place is not None:

@@ -47,9 +47,8 @@ def gmsh_outline(mesh: Any, file: str, axial: bool = False) -> Outline:
         if missing:
             a, b = min(missing)
             raise InputError(
-                f"{file}: the boundary line from {shown(points[a])} to {shown(points[b])} is in no "
-                f"physical "
-                "line group; each part of the boundary needs one"
+                f"{file}: the boundary line from {shown(points[a])} to {shown(points[b])} is in "
+                "no physical line group; each part of the boundary needs one"
             )
         lines = {edge: line for edge, line in lines.items() if edge in edges}
     return Outline(oriented(_loops(lines, points, file)))
@@ -131,7 +130,7 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
             if block.type.startswith("line"):
                 raise InputError(
                     f"{file}: lines of type {block.type}; boundary lines of first or second order "
-                    f"are read"
+                    "are read"
                 )
             continue
         for row, nodes in enumerate(block.data.tolist()):
@@ -198,8 +197,8 @@ def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list
         if len(edges) != 2:
             raise InputError(
                 f"{file}: {len(edges)} boundary line{'s meet' if len(edges) > 1 else ' ends'} at "
-                f"{shown(points[node])}; "
-                "the lines of the physical groups must form closed loops with shared nodes"
+                f"{shown(points[node])}; the lines of the physical groups must form closed loops "
+                "with shared nodes"
             )
     left = dict.fromkeys(lines)
     loops = []

@@ -39,7 +39,7 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
             if block.type.startswith(("triangle", "quad")):
                 raise InputError(
                     f"{file}: cells of type {block.type}; surface cells of first or second order "
-                    f"are read"
+                    "are read"
                 )
             continue
         tag = (
@@ -67,9 +67,8 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
         parts.append(tag[tag != 0])
     if not sum(map(len, cells)):
         raise InputError(
-            f"{file}: the mesh does not lie in a plane z = const, and no triangle or quadrilateral "
-            f"is in a "
-            "physical surface; in space those are the parts of the boundary"
+            f"{file}: the mesh does not lie in a plane z = const, and no triangle or "
+            "quadrilateral is in a physical surface; in space those are the parts of the boundary"
         )
     facets, owner = _divided(points, np.vstack(cells))
     numbers, part = np.unique(np.concatenate(parts)[owner], return_inverse=True)
@@ -87,7 +86,7 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
             raise
         raise InputError(
             f"{error}; {nameless} triangles and quadrilaterals are in no physical surface, and "
-            f"left out"
+            "left out"
         ) from None
     points, facets = whole.points, np.column_stack([whole.facets, whole.middles])
     curved = (_bent(points, facets) | _crooked(points, facets))[:, None]

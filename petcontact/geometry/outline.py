@@ -162,7 +162,7 @@ class Outline(Boundary):
             if len(_ring(loop, 4)) < 3:
                 raise InputError(
                     f"geometry: a loop of two straight sides at {shown(loop[0].start)} encloses "
-                    f"nothing"
+                    "nothing"
                 )
         # squares of lengths must not vanish, nor differences of coordinates lose the digits that
         # distinguish the sides

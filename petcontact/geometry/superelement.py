@@ -246,8 +246,7 @@ def _check_middles(surface: CondensedSurface) -> None:
     ):
         raise InputError(
             f"{surface.source}: middles: must be numbers of points, 3 of triangles and 5 of "
-            f"quadrilaterals, or "
-            "all -1, beside a compliance in space"
+            "quadrilaterals, or all -1, beside a compliance in space"
         )
 
 
@@ -298,9 +297,8 @@ def _check_stiffness(surface: CondensedSurface) -> None:
     loose = np.setdiff1d(np.arange(len(surface.points)), used)
     if len(loose):
         raise InputError(
-            f"{surface.source}: point {loose[0]} belongs to no element ({len(loose)} such points); "
-            f"condense "
-            "the stiffness to the points of the contact surface"
+            f"{surface.source}: point {loose[0]} belongs to no element ({len(loose)} such "
+            "points); condense the stiffness to the points of the contact surface"
         )
 
 

@@ -191,8 +191,7 @@ def _check_points(points: Array, source: str) -> None:
     if len(pairs):
         raise InputError(
             f"{source}: {shown(points[pairs[0, 0]])} is given by two nodes ({len(pairs)} such "
-            f"pairs); "
-            "join duplicate nodes (Gmsh: Coherence Mesh)"
+            "pairs); join duplicate nodes (Gmsh: Coherence Mesh)"
         )
 
 
@@ -210,15 +209,13 @@ def _check_shapes(points: Array, cells: Index, source: str) -> None:
     if not height[worst] > SLIVER * longest[owner[worst]]:
         raise InputError(
             f"{source}: the facet at {shown(points[triangles[worst]].mean(axis=0))} is a sliver, "
-            f"its height "
-            f"below {SLIVER:g} of its longest edge"
+            f"its height below {SLIVER:g} of its longest edge"
         )
     folded = folded_cells(points, cells)
     if len(folded):
         raise InputError(
             f"{source}: the curved cell at {shown(corners[folded[0]].mean(axis=0))} is folded or "
-            f"turned inside "
-            f"out between its nodes ({len(folded)} such cells)"
+            f"turned inside out between its nodes ({len(folded)} such cells)"
         )
 
 
@@ -275,8 +272,7 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
         a, b = points[ends[starts[gaping[0]]]]
         raise InputError(
             f"{source}: the surface is open at the edge from {shown(a)} to {shown(b)}: its two "
-            f"facets have "
-            f"different points in the middle of it ({len(gaping)} such edges)"
+            f"facets have different points in the middle of it ({len(gaping)} such edges)"
         )
     label = _copies(len(facets), facet, neighbour, edges[starts, 0] != edges[starts + 1, 0])
     n = len(facets)
@@ -377,7 +373,6 @@ def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
     if len(outer) > 1:
         raise InputError(
             f"{source}: {len(outer)} separate pieces, at {shown(outer[0])} and {shown(outer[1])}; "
-            f"a body is "
-            "one piece: make a file and a [[body]] of each"
+            "a body is one piece: make a file and a [[body]] of each"
         )
     return result

@@ -187,10 +187,8 @@ class BlockedLU:
             part = summed_at(owner, part, self._mpi)
             if owner == self._rank:
                 place, wide, count = self._place(first), rows.stop - first, flat.shape[1]
-                columns, work = (
-                    self._columns[place : place + wide],
-                    np.empty(PANEL * (PANEL + count)),
-                )
+                columns = self._columns[place : place + wide]
+                work = np.empty(PANEL * (PANEL + count))
                 upper, x, room = map(native.pointer, (columns[:, first:], part, work))
                 _back(upper, self._n, wide, x, wide, count, room, _routines()[1])
                 solved[rows] = part.T

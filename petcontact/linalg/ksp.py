@@ -141,8 +141,8 @@ class LinearSolver:
             if database.hasName("ksp_type"):
                 raise InputError(
                     f"-{self._prefix}ksp_type preonly: needs a preconditioner that solves by "
-                    f"itself (-{self._prefix}pc_type "
-                    f"lu); with -{self._prefix}pc_type {name} use -{self._prefix}ksp_type gmres"
+                    f"itself (-{self._prefix}pc_type lu); with -{self._prefix}pc_type {name} use "
+                    f"-{self._prefix}ksp_type gmres"
                 )
             ksp.setType("gmres")
             ksp.setFromOptions()

@@ -72,7 +72,7 @@ def _check_count(outline: Outline, options: MeshOptions, graded_ends: int) -> No
     if not count <= LARGEST_MESH:
         raise InputError(
             f"mesh: these element sizes give {count:.2g} nodes, more than {LARGEST_MESH:.0e}; use "
-            f"larger ones"
+            "larger ones"
         )
 
 

@@ -202,11 +202,9 @@ class SurfaceMesh(BoundaryMesh):
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Return the sparse matrix (q, n) from nodal values to values at local coordinates (q, 2)
         of panels (q,)."""
-        rows, columns, entries = (
-            [np.empty(0, dtype=np.int64)],
-            [np.empty(0, dtype=np.int64)],
-            [np.empty(0)],
-        )
+        rows = [np.empty(0, dtype=np.int64)]
+        columns = [np.empty(0, dtype=np.int64)]
+        entries = [np.empty(0)]
         for chosen, panels in self.by_kind(element):
             basis = panels.basis(place[chosen][:, None])[:, 0]
             gap = np.abs(place[chosen][:, None] - panels.nodes).max(axis=2)

@@ -85,14 +85,12 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
         if ends[steps[-1] + k] != ends[number - 1]:
             raise InputError(
                 f"cycle: does not close: step {names[number - 1]!r} ends elsewhere the second "
-                f"time; all that "
-                "steps of a cycle change has to be brought back by its other steps"
+                "time; all that steps of a cycle change has to be brought back by its other steps"
             )
     if all(end == ends[-1] for end in ends[steps[0] - 1 : steps[-1]]):
         raise InputError(
-            f"cycle: does not close: from the second time on nothing moves in step "
-            f"{names[steps[0] - 1]!r}; "
-            "a cycle has a step to and one back"
+            "cycle: does not close: from the second time on nothing moves in step "
+            f"{names[steps[0] - 1]!r}; a cycle has a step to and one back"
         )
 
 

@@ -125,8 +125,8 @@ def _box(tool: Any, axial: bool) -> Shape:
         raise InputError("each coordinate of upper must be greater than that of lower")
     if fillet > 0.5 * (high - low).min():
         raise InputError(
-            f"fillet: must be at most half of the shortest side, {0.5 * (high - low).min():g}, got "
-            f"{fillet:g}"
+            f"fillet: must be at most half of the shortest side, {0.5 * (high - low).min():g}, "
+            f"got {fillet:g}"
         )
     if len(low) == 2:
         corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])

@@ -275,22 +275,19 @@ def check_memory(
     InputError
         If the predicted peak is larger than the memory.
     """
-    needed, there = (
-        compressed + (dense_memory(unknowns, contact, total, ranks) if unknowns else 0.0),
-        physical_memory(),
-    )
+    needed = compressed + (dense_memory(unknowns, contact, total, ranks) if unknowns else 0.0)
+    there = physical_memory()
     if needed > there and not unknowns:
         raise InputError(
             f"mesh: the compressed operators of all bodies take about {needed / 1e9:.3g} GB, this "
-            f"machine has "
-            f"{there / 1e9:.3g}; use larger elements"
+            f"machine has {there / 1e9:.3g}; use larger elements"
         )
     if needed > there:
         raise InputError(
             f"mesh: dense operators of {sum(unknowns)} unknowns, {total} of contact, take "
             f"{needed / 1e9:.3g} GB, this machine has {there / 1e9:.3g}; use larger elements, or "
-            f"compression where there is one (elements of thin bodies are as short as these are "
-            f"thick)"
+            "compression where there is one (elements of thin bodies are as short as these are "
+            "thick)"
         )
     return needed
 

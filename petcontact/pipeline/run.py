@@ -187,10 +187,8 @@ def unreported(
             if not results:
                 raise
             status, reason = "failed", str(error)
-    seconds, discrete = (
-        {**problem.timings, "iterate": time.perf_counter() - began},
-        problem.discrete,
-    )
+    seconds = {**problem.timings, "iterate": time.perf_counter() - began}
+    discrete = problem.discrete
     if status == "converged" and (rough := rough_step(results)):
         results = [*results[: rough[0]], rough[1]]
     if results and results[-1].status != "converged":

@@ -56,11 +56,9 @@ def elliptic_load(
         s = np.sqrt(w * w + square)
         v, v_z = 2.0 * np.pi * np.log(w + s).imag, 2.0 * np.pi * (1.0 / s).imag
         # F_x = x f, F_xx = f + x² g, V_x = x h
-        f, g, h = (
-            -2.0 * np.pi * (1.0 / (w + s)).imag,
-            2.0 * np.pi * (1.0 / (s * (w + s) ** 2)).imag,
-            2.0 * np.pi * (1.0 / (s * (w + s))).imag,
-        )
+        f = -2.0 * np.pi * (1.0 / (w + s)).imag
+        g = 2.0 * np.pi * (1.0 / (s * (w + s) ** 2)).imag
+        h = 2.0 * np.pi * (1.0 / (s * (w + s))).imag
         radial = -(1.0 - 2.0 * poisson) * f - depth * h
         u += (
             pressure

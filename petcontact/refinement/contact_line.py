@@ -190,10 +190,8 @@ def farthest_apart(coarse: list[ContactLine], fine: list[ContactLine]) -> tuple[
         )
         k = int(np.argmax(square))
         if square[k] > worst:
-            worst, result = (
-                float(square[k]),
-                (number, 0.5 * float(line.breaks[k] + line.breaks[k + 1])),
-            )
+            worst = float(square[k])
+            result = (number, 0.5 * float(line.breaks[k] + line.breaks[k + 1]))
     return result
 
 

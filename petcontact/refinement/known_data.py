@@ -260,10 +260,8 @@ def _resolved(
         count += int(np.count_nonzero(stays))
         start, end, order = start[~stays], end[~stays], order[~stays]
         middle = 0.5 * (start + end)
-        start, end = (
-            np.column_stack([start, middle]).ravel(),
-            np.column_stack([middle, end]).ravel(),
-        )
+        start = np.column_stack([start, middle]).ravel()
+        end = np.column_stack([middle, end]).ravel()
         order = np.repeat(order, 2)
     starts, _, all_orders = (np.concatenate(column) for column in zip(*done, strict=True))
     sorting = np.argsort(starts)

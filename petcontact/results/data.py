@@ -87,8 +87,7 @@ class SolutionData(Evaluated):
         if len(self.meshes) > 1:
             raise InputError(
                 f"{what}: of one body only; this solution has {', '.join(self.meshes)}: see "
-                f".meshes, .bodies "
-                "and .pairs"
+                ".meshes, .bodies and .pairs"
             )
         return next(iter(self.meshes))
 
@@ -258,8 +257,7 @@ class SolutionData(Evaluated):
         nodes = sum(len(numbers) for numbers in self.nodes.values())
         return (
             f"<{type(self).__name__}{title}: {self.status} after {self.iterations} "
-            f"iterations{increments}, {bodies}"
-            f"{elements} elements, {nodes} contact nodes>"
+            f"iterations{increments}, {bodies}{elements} elements, {nodes} contact nodes>"
         )
 
 

@@ -197,11 +197,9 @@ def csv_text(columns: Mapping[str, Any]) -> str:
 
 def with_units(columns: Mapping[str, Any], solution: SolutionData) -> Table:
     """The same columns with the names of units that the problem gives: "pressure [MPa]"."""
-    power, units, named_columns = (
-        next(iter(solution.meshes.values())).weight_power,
-        solution.problem.units,
-        {},
-    )
+    power = next(iter(solution.meshes.values())).weight_power
+    units = solution.problem.units
+    named_columns = {}
     for name, values in columns.items():
         kind = next((kind for kind, names in UNITS if re.fullmatch(names, name)), "")
         unit = unit_of(kind, units, power) if kind else ""
@@ -252,7 +250,7 @@ def write_tables(
     if one and len(names) > 1:
         raise InputError(
             f"{target}: a .csv file holds one table, {', '.join(names)} are {len(names)}; name a "
-            f"folder"
+            "folder"
         )
     count = len(solution.tried)
     for step in steps:

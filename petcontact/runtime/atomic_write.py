@@ -46,8 +46,8 @@ def check_target(
         for name in filter(None, (path.name, longest)):
             if len(os.fsencode(name)) > limit:
                 raise InputError(
-                    f"{path}: {name!r:.40}... is a name of {len(os.fsencode(name))} bytes, {limit} "
-                    f"are allowed"
+                    f"{path}: {name!r:.40}... is a name of {len(os.fsencode(name))} bytes, "
+                    f"{limit} are allowed"
                 )
         if path.is_symlink() and not path.exists():
             raise InputError(f"{path}: is a link to {os.readlink(path)}, which is not there")

@@ -140,7 +140,7 @@ def _told_in_one_line() -> Iterator[None]:
             for line in text.decode(errors="replace").splitlines()
         ]
         raise InputError(
-            f"PETSc's options: "
+            "PETSc's options: "
             f"{' '.join(filter(None, lines[2:3])) or 'PETSc cannot start with them'}"
         )
 
@@ -361,7 +361,7 @@ def options_error(prefix: str, error: Any) -> InputError:
     """A PETSc option with a value that its object refuses."""
     return InputError(
         f"PETSc options -{prefix}ksp_..., -{prefix}pc_...: {_last_line(error)} (-help lists what "
-        f"there is)"
+        "there is)"
     )
 
 

@@ -130,9 +130,8 @@ class Summary:
             f"  computed {self.computed}, reused {self.reused}, failed {len(self.failed)}"
             f" ({converged} converged, {len(self.not_converged)} not converged)",
             f"  {self.seconds:.3f} s on {ranks} rank{'s' if ranks != 1 else ''}; processor time a "
-            f"rank: mean "
-            f"{sum(self.cpu) / ranks:.3f} s, largest {max(self.cpu):.3f} s",
-            f"  summed over the ranks [s]: "
+            f"rank: mean {sum(self.cpu) / ranks:.3f} s, largest {max(self.cpu):.3f} s",
+            "  summed over the ranks [s]: "
             f"{', '.join(f'{name} {seconds:.3f}' for name, seconds in self.timings.items())}",
             f"  result: {self.results}",
         ]

@@ -243,7 +243,7 @@ def users(
             if short in quantities or short in coordinates or taken_by_own:
                 raise InputError(
                     f"quantities: {name}: there is a column {short} already; give the function "
-                    f"another name"
+                    "another name"
                 )
             quantities[short] = function
     finally:

@@ -188,8 +188,8 @@ def show(outcome: Outcome) -> None:
     ):
         print(
             f"problem {outcome.number} at {outcome.accuracy:g}: {outcome.status}, true "
-            f"{outcome.true:.1e}, estimated "
-            f"{outcome.estimate:.1e} (reference {outcome.reference:.1e}), {outcome.seconds:.2f} s",
+            f"{outcome.true:.1e}, estimated {outcome.estimate:.1e} (reference "
+            f"{outcome.reference:.1e}), {outcome.seconds:.2f} s",
             flush=True,
         )
 

@@ -11,6 +11,6 @@ def need_scikit_fem(way_out: str) -> None:
     if importlib.util.find_spec("skfem") is None:
         name = Path(sys.argv[0]).name
         sys.exit(
-            f"{name}: needs scikit-fem, which scripts/setup --benchmark installs; {way_out} leaves "
-            f"it out"
+            f"{name}: needs scikit-fem, which scripts/setup --benchmark installs; {way_out} "
+            "leaves it out"
         )

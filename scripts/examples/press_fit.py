@@ -52,8 +52,7 @@ outer = Cylinder(1.0, 2.0, 200_000.0, 0.3, pressure_inside=pressure).displacemen
 torque = 0.2 * pressure * 2.0 * np.pi
 print(
     f"pressure {pressure:.2f}, even to {np.ptp(pair.pressure) / pressure:.1e}; the ring grows by "
-    f"{outer:.3e} of 1e-3; "
-    f"it carries a torque of {torque:.1f} per length"
+    f"{outer:.3e} of 1e-3; it carries a torque of {torque:.1f} per length"
 )
 result = float(
     np.linalg.norm(

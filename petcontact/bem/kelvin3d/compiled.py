@@ -183,10 +183,8 @@ def compiled_field(
         _weights(kind, tolerance),
         poisson_ratio,
     )
-    field, close = (
-        np.empty((len(points), 10)),
-        np.zeros((len(records), len(points)), dtype=np.bool_),
-    )
+    field = np.empty((len(points), 10))
+    close = np.zeros((len(records), len(points)), dtype=np.bool_)
     _field(
         family.address,
         len(records),
@@ -201,10 +199,8 @@ def compiled_field(
 
 def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledFiller:
     """The compiled filler of columns for a `Kelvin3D`."""
-    kind, first = (
-        np.zeros(mesh.n_elements, dtype=np.int64),
-        np.zeros(mesh.n_elements, dtype=np.int64),
-    )
+    kind = np.zeros(mesh.n_elements, dtype=np.int64)
+    first = np.zeros(mesh.n_elements, dtype=np.int64)
     records, start = [], 0
     kinds: dict[int, tuple[Array, Array]] = {}
     for panels in (batch.elements for batch in mesh.batches()):

@@ -42,10 +42,8 @@ def near_stress(
         some = slice(first, first + NEAR_CHUNK)
         chosen = element[some]
         moments, basis, w = _near_moments(points[column[some]], panels, chosen)
-        frame, scale = (
-            panels.frame[chosen],
-            np.array([np.ones(len(chosen)), 1.0 / panels.size[chosen]]),
-        )
+        frame = panels.frame[chosen]
+        scale = np.array([np.ones(len(chosen)), 1.0 / panels.size[chosen]])
         # tractions and displacements along the panel's axes, as coefficients of the monomials
         both = np.einsum("nbq,nbsi,nai,sn->sqan", basis, data[chosen], frame, scale, optimize=True)
         local = _contracted(moments, panels.exponents, w, both, poisson_ratio)

@@ -156,10 +156,8 @@ class _Posed:
 
     def _in_piece(self, loads: Loads, pieces: Pieces | None, number: int) -> ParticularSolution:
         """Return the solution for the loads of a piece; of all of the body if there are none."""
-        density, polynomial = (
-            self.material.density or 0.0,
-            functools.partial(self._polynomial, pieces, number),
-        )
+        density = self.material.density or 0.0
+        polynomial = functools.partial(self._polynomial, pieces, number)
         parts = [self._centrifugal(loads, density)]
         for data, factor in ((loads.acceleration, density), (loads.force, 1.0)):
             stress = factor * self.box.half.max()
@@ -231,9 +229,9 @@ def _check_seen(datum: Given, mesh: BoundaryMesh, box: Any, largest: float) -> N
             continue
         if any((winding(mesh, x[value > 0.5 * most]) > 0.5).any() for _, x, value in found):
             raise InputError(
-                f"{datum.words} is narrower than loads in a volume may be: it is more than half as "
-                f"large as {most:.3g} on {wide:.1e} only; make it wider, or bond a body of that "
-                "width"
+                f"{datum.words} is narrower than loads in a volume may be: it is more than half "
+                f"as large as {most:.3g} on {wide:.1e} only; make it wider, or bond a body of "
+                "that width"
             )
 
 

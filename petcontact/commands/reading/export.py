@@ -62,8 +62,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if not (arguments.csv or arguments.vtkhdf or arguments.superelement):
         raise InputError(
             "export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for "
-            "ParaView, "
-            "--superelement FILE.npz a condensed body"
+            "ParaView, --superelement FILE.npz a condensed body"
         )
     for key, of in (
         ("table", "csv"),

@@ -61,8 +61,7 @@ add_arguments = options(
         "--boundary",
         metavar="FILE.vtu",
         help="also write the boundary's values at the end (of several bodies FILE-BODY.vtu; those "
-        "of "
-        "all increments always are)",
+        "of all increments always are)",
     ),
     option(
         "--revolve",
@@ -292,7 +291,7 @@ def window(words: list[str]) -> Any:
     if len(values) not in (4, 6) or not np.all(np.isfinite(values)) or not np.all(low < high):
         raise InputError(
             f"--window {' '.join(words)}: expected the lower and the upper corner of a box, such "
-            f"as 0 0 2 1"
+            "as 0 0 2 1"
         )
     return low, high
 

@@ -179,10 +179,8 @@ def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
     mesh, data = operators.mesh, operators.data
     if not modes.shape[2]:
         return np.zeros((data.states, 0))
-    weight, at_points = (
-        mesh.weight[:, None],
-        _modes_at(mesh, modes, data.point) if data.point.size else modes[:0],
-    )
+    weight = mesh.weight[:, None]
+    at_points = _modes_at(mesh, modes, data.point) if data.point.size else modes[:0]
     loads = [
         (data.known_traction * weight, modes, ROUNDED),
         (data.force * mesh.depth, at_points, ROUNDED),

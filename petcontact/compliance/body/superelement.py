@@ -133,8 +133,8 @@ def condensed(
     if lowest <= HALF / size:
         raise InputError(
             f"{surface.source}: stiffness: it resists some motion that is not rigid by "
-            f"{lowest:.1e} of its "
-            "largest entry only; it must be that of a connected body, positive semi-definite"
+            f"{lowest:.1e} of its largest entry only; it must be that of a connected body, "
+            "positive semi-definite"
         )
     scalar = shape_functions(surface, mesh)
     shapes = scipy.sparse.csr_array(scipy.sparse.kron(scalar, scipy.sparse.identity(d)))

@@ -213,10 +213,8 @@ class Coupling:
     def expansion(self, relation: Relation, motion: Array) -> ColumnExpansion:
         """Return the expansion P for free motions of obstacles (M, k, r)."""
         m, k = self.shape
-        of_v, of_sigma = (
-            blocks(relation.of_v),
-            blocks(relation.of_sigma * self.scale[:, None, None]),
-        )
+        of_v = blocks(relation.of_v)
+        of_sigma = blocks(relation.of_sigma * self.scale[:, None, None])
         moved = matrix_of(motion.reshape(m * k, motion.shape[2]))
         u = _wider(self._primary, moved.shape[1])
         y = _wider(self._y, moved.shape[1])

@@ -67,10 +67,8 @@ class MixedEquations:
             motion_slice = slice(self.ends[b], self.ends[b + 1])
             own_rows = slice(coupling.first[b], coupling.first[b + 1])
             basis, factor = np.linalg.qr(body.motions)
-            self.motions[own_rows, motion_slice], self._dual[own_rows, motion_slice] = (
-                basis,
-                body.gauge @ np.linalg.inv(basis.T @ body.gauge),
-            )
+            self.motions[own_rows, motion_slice] = basis
+            self._dual[own_rows, motion_slice] = body.gauge @ np.linalg.inv(basis.T @ body.gauge)
             self._coordinates[motion_slice, motion_slice] = np.linalg.inv(factor)
         if r:
             moved = [self._multiplied(q) for q in coupling.padded(self.motions).T]

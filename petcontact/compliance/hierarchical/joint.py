@@ -59,11 +59,9 @@ class JointBodies:
                 )
         self.at_rest = np.array([state.z for state in at_rest])
         self.base = np.array([coupling.seen @ z[coupling.met] for z in self.at_rest])
-        self._last, self._shares, self._unloaded = (
-            self.equations.at_rest,
-            np.zeros(states),
-            np.zeros(states),
-        )
+        self._last = self.equations.at_rest
+        self._shares = np.zeros(states)
+        self._unloaded = np.zeros(states)
         self._corrected: State | None = None
 
     def unknowns_of(self, number: int) -> Array:
@@ -115,10 +113,8 @@ class JointBodies:
 
     def corrected(self, difference: Array) -> Array:
         """Return S times a small change (M, k) of σ, and add it to the last solution."""
-        last, sizes = (
-            self._last,
-            [float(np.linalg.norm(part)) for part in (self._last.sigma, difference)],
-        )
+        last = self._last
+        sizes = [float(np.linalg.norm(part)) for part in (self._last.sigma, difference)]
         # small changes of a solution are known to a hundredth at least
         change = self.loaded_by(
             difference, min(1e-2, RTOL * sizes[0] / sizes[1]) if sizes[1] > 0.0 else RTOL
@@ -170,10 +166,8 @@ class JointBodies:
             # what is left of a solution without tractions measures no other one, and tractions of
             # what bends are a small part of it: to the end, from rest
             self._last, forcing = self.equations.at_rest, 0.0
-        self._last, self._shares = (
-            self.equations.solve(posed, self._last, rtol, forcing),
-            shares.copy(),
-        )
+        self._last = self.equations.solve(posed, self._last, rtol, forcing)
+        self._shares = shares.copy()
         self._corrected = None
         return self._last
 

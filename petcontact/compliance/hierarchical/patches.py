@@ -168,20 +168,16 @@ class Nodes:
         group = np.unique(np.concatenate(of_unknowns), return_inverse=True)[1].ravel()
         count, columns = int(group.max()) + 1, np.full(self._coupling.columns, -1)
         for b, body in enumerate(self.rows):
-            own_groups, first_column = (
-                group[self._coupling.first[b] : self._coupling.first[b + 1]],
-                self._coupling.first_column[b],
-            )
+            own_groups = group[self._coupling.first[b] : self._coupling.first[b + 1]]
+            first_column = self._coupling.first_column[b]
             columns[first_column : first_column + len(own_groups)] = own_groups
             columns[first_column + body.beside] = count + own_groups[body.slot]
         return group, columns
 
     def _directions(self) -> Index:
         """Return the rounded directions of the components of each node."""
-        first, frames = (
-            self._coupling.first,
-            np.concatenate([body.frame.reshape(-1, 3) for body in self.rows]),
-        )
+        first = self._coupling.first
+        frames = np.concatenate([body.frame.reshape(-1, 3) for body in self.rows])
         frames[self._coupling.secondary] = self._coupling.directions.reshape(-1, 3)
         rounded = [
             np.rint(frames[first[b] : first[b + 1]]).reshape(len(body.x), -1)

@@ -82,8 +82,8 @@ class CompressedRows:
         if needed > there:
             raise InputError(
                 f"mesh: the compressed operator of {mesh.n_nodes} nodes takes about "
-                f"{needed / 1e9:.0f} GB, "
-                f"this machine has {there / 1e9:.0f}; use larger elements or bem.hmatrix_tol"
+                f"{needed / 1e9:.0f} GB, this machine has {there / 1e9:.0f}; use larger elements "
+                "or bem.hmatrix_tol"
             )
         self.bounds = d * shared_rows(tree, memory, comm.getSize())
         first, last = (int(bound) // d for bound in self.bounds[comm.getRank() :][:2])

@@ -47,10 +47,8 @@ class DenseStrip:
         self._root = np.sqrt(weight)
         scaled = layer_matrix(strip) * (self._root[:, None] / self._root)
         self._scaled = 0.5 * (scaled + scaled.T)
-        self._cholesky, self._stick = (
-            Inverses(self._factored),
-            StickCholesky(self._scaled, self._root),
-        )
+        self._cholesky = Inverses(self._factored)
+        self._stick = StickCholesky(self._scaled, self._root)
 
     def _factored(self, rho: float | None) -> Any:
         matrix = self._scaled if rho is None else np.eye(len(self._root)) + rho * self._scaled

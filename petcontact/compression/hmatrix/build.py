@@ -169,11 +169,9 @@ class _Builder:
 
     def __call__(self, tiles: Index) -> Chunk:
         m, n = self.d * tiles[:, 1], self.d * tiles[:, 3]
-        beside, most, length = (
-            self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]],
-            MOST_CROSSES,
-            self.layout.length,
-        )
+        beside = self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]]
+        most = MOST_CROSSES
+        length = self.layout.length
         low_rank, n = most * (length(m) + length(n, beside)), n + beside
         limit = np.where((tiles[:, 4] > 0) & (most * (m + n) < m * n), low_rank, n * length(m))
         some = max(1, int(np.searchsorted(np.cumsum(limit), 4 * CHUNK)))

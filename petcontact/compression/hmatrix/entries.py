@@ -83,11 +83,9 @@ class Callback:
     ) -> None:
         entries = self._entries
         try:
-            d, row, column = (
-                entries.components,
-                _array(rows, m, np.int64),
-                _array(columns, k, np.int64),
-            )
+            d = entries.components
+            row = _array(rows, m, np.int64)
+            column = _array(columns, k, np.int64)
             q = int((entries.beside[column + 1] - entries.beside[column]).sum())
             entries.fill(
                 row,

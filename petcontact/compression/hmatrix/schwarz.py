@@ -156,11 +156,9 @@ class LocalSolves:
     def copy(self) -> LocalSolves:
         """Return an independent copy that shares unchanged arrays."""
         result = copy.copy(self)
-        result._inverse, result._factored, result._table = (
-            list(self._inverse),
-            dict(self._factored),
-            self._table.copy(),
-        )
+        result._inverse = list(self._inverse)
+        result._factored = dict(self._factored)
+        result._table = self._table.copy()
         return result
 
     @property

@@ -53,13 +53,11 @@ class HODLR:
         workers: Workers,
         split: Split,
     ) -> None:
-        self.operator, self.parts, self.top, self.workers, self.split = (
-            operator,
-            parts,
-            top,
-            workers,
-            split,
-        )
+        self.operator = operator
+        self.parts = parts
+        self.top = top
+        self.workers = workers
+        self.split = split
         bounds = split.bounds
         self.shape = int(operator.row_axis.offsets[-1]), int(operator.column_axis.offsets[-1])
         self.first_node, self.last_node = int(bounds[workers.rank]), int(bounds[workers.rank + 1])

@@ -142,10 +142,8 @@ class Sampler:
         """Return the cells outside each cluster. They are small near the cluster and large far
         away."""
         parts: list[_Cells] = []
-        own_first, own_last = (
-            np.searchsorted(self.carriers, start),
-            np.searchsorted(self.carriers, stop),
-        )
+        own_first = np.searchsorted(self.carriers, start)
+        own_last = np.searchsorted(self.carriers, stop)
         owner = np.arange(len(start))
         cell = np.zeros(len(start), dtype=np.int64)
         for depth, (bounds, low, high) in enumerate(self._levels):
@@ -153,10 +151,8 @@ class Sampler:
             outside = (first >= own_last[owner]) | (last <= own_first[owner])
             inside = (first >= own_first[owner]) & (last <= own_last[owner])
             start_points, end_points = self._points[first], self._points[last - 1]
-            chord, path = (
-                np.hypot(*(end_points - start_points).T),
-                self._path[last - 1] - self._path[first],
-            )
+            chord = np.hypot(*(end_points - start_points).T)
+            path = self._path[last - 1] - self._path[first]
             focal = boxes.least(
                 owner, (start_points, start_points), (end_points, end_points)
             ) / np.maximum(path, _TINY)

@@ -108,12 +108,10 @@ class Operator:
         translations: Translations,
         served: tuple[ManyEntries, list[Index]] | None = None,
     ) -> None:
-        self.entries, self.tolerance, self.breaks, self.translations = (
-            entries,
-            tolerance,
-            breaks,
-            translations,
-        )
+        self.entries = entries
+        self.tolerance = tolerance
+        self.breaks = breaks
+        self.translations = translations
         self.curves = NodeCurves(points)
         self.square = bool(np.array_equal(row_offsets, column_offsets))
         self.row_axis = Freedoms(row_offsets, self.curves, breaks)

@@ -206,10 +206,8 @@ def follow(clusters: list[Cluster]) -> None:
     """Give all followers the bases of their leaders."""
     for cluster in clusters:
         if cluster.leader is not None:
-            cluster.row_basis, cluster.column_basis = (
-                cluster.leader.row_basis,
-                cluster.leader.column_basis,
-            )
+            cluster.row_basis = cluster.leader.row_basis
+            cluster.column_basis = cluster.leader.column_basis
 
 
 def adjacent(clusters: list[Cluster]) -> Iterator[list[Cluster]]:

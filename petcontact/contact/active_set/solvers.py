@@ -163,10 +163,8 @@ class KrylovActiveSetSolver(_Counted):
         self.surrogate = surrogate
         self.direct: DenseActiveSetSolver | None = None
         shape, rank = system.u_0.shape, 0 if system.modes is None else len(system.modes.load)
-        self._stick, self._sum = (
-            BorderedKrylov(shape, rank, "stick_"),
-            BorderedKrylov(shape, rank, "sum_"),
-        )
+        self._stick = BorderedKrylov(shape, rank, "stick_")
+        self._sum = BorderedKrylov(shape, rank, "sum_")
         self._length = float(np.abs(surrogate.apply(np.ones(shape))).max(initial=0.0))
 
     def solve(

@@ -130,13 +130,11 @@ class _Run:
         solver: LinearSolver,
         foretell: Predictor | None,
     ) -> None:
-        self.system, self.law, self.iteration, self.solver, self.foretell = (
-            system,
-            law,
-            iteration,
-            solver,
-            foretell,
-        )
+        self.system = system
+        self.law = law
+        self.iteration = iteration
+        self.solver = solver
+        self.foretell = foretell
         self.recorder = Recorder(law, system, iteration)
         self.ended = ""
         self.last = deque[States](maxlen=PATIENCE)

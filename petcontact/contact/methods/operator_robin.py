@@ -59,8 +59,7 @@ class OperatorRobin:
         if surrogate is None:
             raise InputError(
                 "method.name: operator-robin needs a surrogate for S, and there is none (in space "
-                "up to 1000 "
-                "nodes of a side have one); use semismooth-newton"
+                "up to 1000 nodes of a side have one); use semismooth-newton"
             )
         criterion = iteration.criterion
         inner = SurrogateActiveSetSolver(surrogate)

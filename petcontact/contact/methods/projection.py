@@ -96,10 +96,8 @@ class Projection:
         relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
         reason = (
             f"max_iterations = {iteration.max_iterations} reached with change {change:.1e}, "
-            f"relative friction "
-            f"residual {relative:.1e}, {bound_excess(law, sigma):.1e} beyond the bound; the "
-            f"tolerance is "
-            f"{criterion.tolerance:g}"
+            f"relative friction residual {relative:.1e}, {bound_excess(law, sigma):.1e} beyond "
+            f"the bound; the tolerance is {criterion.tolerance:g}"
         )
         return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
 

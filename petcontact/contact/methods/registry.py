@@ -77,8 +77,7 @@ def method_of(
     if not callable(method):
         raise InputError(
             f"method: a name ({', '.join(METHODS)}), a class of petcontact.contact.methods, or a "
-            f"callable "
-            f"(system, law, iteration) -> ContactState; got {method!r}"
+            f"callable (system, law, iteration) -> ContactState; got {method!r}"
         )
     if rule is not None:
         raise InputError("rule: a method of one's own has its own; give it there")
@@ -144,7 +143,7 @@ def law_of(
     if not fits:
         raise InputError(
             f"law: {type(law).__name__} does not project tractions of shape {shape}, m nodes of k "
-            f"components"
+            "components"
         )
     own = type(checked).__module__ != laws.__name__
     return _answering_first(checked) if own and is_shared() else checked

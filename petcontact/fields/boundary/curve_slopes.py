@@ -55,18 +55,14 @@ class CurveSlopes:
             slopes = self._with_linear(
                 slopes, *np.broadcast_arrays(of_order[:, None], 0.5 * (1.0 + z))
             )
-            self._s[of_order, :order], self._slope[of_order, :order] = (
-                z * half[of_order, None],
-                slopes,
-            )
+            self._s[of_order, :order] = z * half[of_order, None]
+            self._slope[of_order, :order] = slopes
             near = min(order, BEYOND)
             distance[:, of_order, :near] = (1.0 + z[:near]) * half[
                 of_order, None
             ]  # the zeros are symmetric
-            slope[0][of_order, :near], slope[1][of_order, :near] = (
-                slopes[:, :near],
-                slopes[:, ::-1][:, :near],
-            )
+            slope[0][of_order, :near] = slopes[:, :near]
+            slope[1][of_order, :near] = slopes[:, ::-1][:, :near]
         # an only neighbour gives two points, else each gives one
         for k in range(BEYOND):
             first, last = MOST_POINTS + k, MOST_POINTS + BEYOND + k

@@ -143,8 +143,7 @@ class CadSurface(SolidSurface):
             enough = 1.1 * size * float(cells / MOST_CELLS) ** 0.5
             raise InputError(
                 f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about "
-                f"{cells:.2g}, "
-                f"{MOST_CELLS:.0e} at most are made; a size of {enough:.2g} will do"
+                f"{cells:.2g}, {MOST_CELLS:.0e} at most are made; a size of {enough:.2g} will do"
             )
         ask(self.file, target=str(target), parts=self._numbers, size=size, order=order)
         with open(target, "rb") as file:
@@ -152,7 +151,7 @@ class CadSurface(SolidSurface):
             if file.read() != END:
                 raise OutputError(
                     f"{self.file}: its mesh cannot be written whole to {Path(target).parent}; is "
-                    f"there room?"
+                    "there room?"
                 )
 
     def table(self) -> list[list[str]]:
@@ -208,8 +207,7 @@ def cad_surface(
         if number not in face_numbers:
             raise InputError(
                 f"{file}: geometry.parts: no surface {number}; there are {_numbers(face_numbers)} "
-                f"(petcontact mesh "
-                f"{path.name} lists them)"
+                f"(petcontact mesh {path.name} lists them)"
             )
     part_of = tuple(own.get(face.number, face.part) for face in faces)
     return CadSurface(file, stamp, faces, part_of, tuple(body["low"]), tuple(body["high"]))
@@ -226,7 +224,7 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
         )
         raise InputError(
             f"{file}: holds {what}; a body is one solid with a closed surface: sew it in the CAD "
-            f"program"
+            "program"
         )
     names = ", ".join(f"{solid['number']} {solid['name']!r}" for solid in solids)
     chosen = [solid for solid in solids if wanted in (None, solid["number"], solid["name"])]
@@ -235,8 +233,7 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
     if len(chosen) > 1:
         raise InputError(
             f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid "
-            f"(--solid of "
-            "petcontact mesh) names or numbers it, a [[body]] each"
+            "(--solid of petcontact mesh) names or numbers it, a [[body]] each"
         )
     return chosen[0]
 
@@ -284,8 +281,7 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
     except ValueError:
         raise InputError(
             f"{file}: Gmsh ended while it read or meshed it (status {done.returncode}); mend the "
-            f"geometry in "
-            "the CAD program"
+            "geometry in the CAD program"
         ) from None
     if "missing" in answer:
         raise InputError(

@@ -134,8 +134,7 @@ def checked_section(section: Outline) -> Outline:
                 place = side.end if ends_there else lowest
                 raise InputError(
                     f"geometry: the section touches the axis in the point (r, z) = {shown(place)} "
-                    f"only; a body "
-                    "that holds together there has a side on the axis"
+                    "only; a body that holds together there has a side on the axis"
                 )
     return section
 

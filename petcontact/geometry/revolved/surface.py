@@ -193,10 +193,8 @@ class RevolvedSurface(RoundSurface):
             if before == after:
                 cells, count = EQUAL, before
             else:
-                cells, count = (
-                    (TIP if 0 in (before, after) else MORE),
-                    min(before, after) or max(before, after),
-                )
+                cells = TIP if 0 in (before, after) else MORE
+                count = min(before, after) or max(before, after)
                 # start and end of the piece change over; triangles stay counter-clockwise
                 if after < before:
                     cells = (cells * [1.0, -1.0] + [0.0, 1.0])[:, [0, 2, 1, 5, 4, 3]]

@@ -72,8 +72,7 @@ def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., A
         return tuple(map(float, value))
     raise ValueError(
         f"must be a finite number or an expression in quotes (from {-LARGEST_NUMBER:g} to "
-        f"{LARGEST_NUMBER:g}, "
-        f"at most {LONGEST_EXPRESSION} characters)"
+        f"{LARGEST_NUMBER:g}, at most {LONGEST_EXPRESSION} characters)"
     )
 
 

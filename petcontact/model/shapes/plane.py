@@ -321,8 +321,8 @@ def _loop(given: Sequence[OutlineSide], number: int, axial: bool) -> list[Side]:
                 sides.append(Side(start, pieces[0].start, sides[-1].part if sides else last))
         elif (start == side.end).all():
             raise InputError(
-                f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has "
-                f"no length"
+                f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) "
+                "has no length"
             )
         else:
             pieces = side.sides_from(start)

@@ -124,7 +124,7 @@ def short_of(
     where = trouble or "on the finest mesh"
     if growing(strategy.differences):
         where += (
-            f"; the differences of the meshes grow: "
+            "; the differences of the meshes grow: "
             f"{', '.join(f'{d:.1e}' for d in strategy.differences[-3:])}"
         )
     where += f"; {differ}" if differ else ""

@@ -196,10 +196,8 @@ def slender(mesh: SurfaceMesh, multiple: float) -> Mask:
     Both columns are equal. None is marked where these panels are a small share of the body's
     surface.
     """
-    over, area = (
-        slenderness(mesh) > multiple * stiff_size(mesh.order),
-        np.bincount(mesh.element, mesh.weight),
-    )
+    over = slenderness(mesh) > multiple * stiff_size(mesh.order)
+    area = np.bincount(mesh.element, mesh.weight)
     return np.repeat(over & bool(area[over].sum() > SHARE * area.sum()), 2).reshape(-1, 2)
 
 

@@ -88,10 +88,8 @@ def _add_distances(pressed: PressedSides, sides: Sequence[Side], pair: CurveProj
     line, numbers = np.linspace(0.0, 1.0, pair.own.SAMPLES), range(len(pair.other))
     met, fractions = np.hstack([pair.to_secondary(k, line) for k in numbers])
     for k, number in enumerate(pair.secondary[1].tolist()):
-        samples, values = (
-            np.union1d(line, fractions[met == k]),
-            functools.partial(_distance, pair, k),
-        )
+        samples = np.union1d(line, fractions[met == k])
+        values = functools.partial(_distance, pair, k)
         shown = np.empty((2, 0)), samples, values(samples)
         gap = SideData("distance", values, *shown, 1.0, sides[number].length)
         pressed.gaps.setdefault(number, []).append(gap)

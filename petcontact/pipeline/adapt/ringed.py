@@ -193,11 +193,9 @@ def small_contacts(posed: Posed, solution: Solution) -> list[tuple[PosedInterfac
     for side in posed.interfaces:
         both = [posed.bodies[number] for number in (side.body, *(side.primary or ())[:1])]
         soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
-        mesh, pair, nodes = (
-            as_surface(solution.meshes[both[0].name]),
-            step.pairs[side.name],
-            solution.nodes[side.name],
-        )
+        mesh = as_surface(solution.meshes[both[0].name])
+        pair = step.pairs[side.name]
+        nodes = solution.nodes[side.name]
         expected = small_contact(mesh, nodes, pair.pressure, pair.gap, 1.0 / soft)
         if depth > 0.0 and not pair.pressure.any():
             lowest = lowest_between(mesh.element[nodes], pair.gap, mesh.n_elements).min()

@@ -93,11 +93,9 @@ class Slip(Strategy):
         if self._last is None:
             return None
         assert self._body is not None
-        zones, contact, ways = (
-            transition_zones(self._body, self._shown[-1]),
-            self._last.contact,
-            list[Array](),
-        )
+        zones = transition_zones(self._body, self._shown[-1])
+        contact = self._last.contact
+        ways = list[Array]()
         for side, interface in zip(
             problem.discrete.sides, problem.discrete.interfaces, strict=True
         ):
@@ -144,7 +142,7 @@ class Slip(Strategy):
             side = np.flatnonzero(self._body.contact)[number]
             along = self._body.outline.offsets[side] + s
             differ = {
-                "meshes_differ": f"the last two differ most on "
+                "meshes_differ": "the last two differ most on "
                 f"{self._body.outline.sides[side].part!r} at s = {along:.6g}"
             }
         zones, *before = (transition_zones(self._body, shown) for shown in self._shown[:-3:-1])

@@ -62,10 +62,8 @@ class PanelTails(CutPanels):
         self.estimate, self.exhausted = math.inf, ""
         self._estimates: list[float] = []
         self._resultants, self._shared = math.nan, 0.0
-        self._meshes, self._expected = (
-            list[BoundaryMesh](),
-            list[tuple[PosedInterface, SmallContact]](),
-        )
+        self._meshes = list[BoundaryMesh]()
+        self._expected = list[tuple[PosedInterface, SmallContact]]()
         self._elliptic = EllipticContacts(posed, self._first.plain)
         self._bands = Bands(posed)
 
@@ -231,10 +229,8 @@ class PanelTails(CutPanels):
                 meshes, errors.tails, self._touching(meshes), step.bodies.values(), strict=True
             )
         ]
-        whole, in_contact = (
-            sum(values.sum() for values in elsewhere),
-            sum(values.sum() for values in square),
-        )
+        whole = sum(values.sum() for values in elsewhere)
+        in_contact = sum(values.sum() for values in square)
         share = min(1.0 / min(norms), in_contact / whole) if whole > 0.0 else 0.0
         data = np.concatenate(errors.data_squares(step)) / min(norms)
         total = np.concatenate(square) + share * np.concatenate(elsewhere) + data

@@ -90,10 +90,8 @@ def bent_sides(
     """
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in [side for side in posed.interfaces if side.law.normal == "unilateral"]:
-        ends, bodies = (
-            [step.pairs[side.name] for step in solution.steps],
-            [side.body, *(side.primary or ())[:1]],
-        )
+        ends = [step.pairs[side.name] for step in solution.steps]
+        bodies = [side.body, *(side.primary or ())[:1]]
         closed = np.any([pair.pressure > 0.0 for pair in ends], axis=0)
         most = max(float(pair.pressure.max(initial=0.0)) for pair in ends)
         soft = sum(
@@ -133,16 +131,12 @@ def overlapping_sides(posed: Posed, solution: Solution, failed: StepResult) -> l
     They leave the exact surface by a share of the overlap, as large as a sag may be in a gap, near
     points where surfaces may overlap.
     """
-    meshes, depth = (
-        [as_surface(mesh) for mesh in solution.meshes.values()],
-        failed.residuals["between"],
-    )
+    meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+    depth = failed.residuals["between"]
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in posed.interfaces:
-        element, gap = (
-            meshes[side.body].element[solution.nodes[side.name]],
-            failed.pairs[side.name].gap,
-        )
+        element = meshes[side.body].element[solution.nodes[side.name]]
+        gap = failed.pairs[side.name].gap
         lowest = lowest_between(element, gap, meshes[side.body].n_elements)
         near = failed.pairs[side.name].x[lowest[element] <= gap.min()]
         for b, part in side.ends:
@@ -184,10 +178,8 @@ def unseen_panels(posed: Posed, solution: Solution, failed: StepResult) -> list[
         if side.primary is not None and not failed.pairs[side.name].pressure.any():
             mesh, opposite = meshes[side.body], meshes[side.primary[0]]
             nodes, size = mesh.nodes_of(side.part), np.sqrt(np.bincount(mesh.element, mesh.weight))
-            away, near = (
-                np.full(mesh.n_elements, np.inf),
-                scipy.spatial.cKDTree(opposite.x[opposite.nodes_of(side.primary[1])]),
-            )
+            away = np.full(mesh.n_elements, np.inf)
+            near = scipy.spatial.cKDTree(opposite.x[opposite.nodes_of(side.primary[1])])
             np.minimum.at(away, mesh.element[nodes], near.query(mesh.x[nodes])[0])
             marked[side.body] |= (away - size <= away.min())[:, None]
     return marked

@@ -29,8 +29,8 @@ between curved panels of different sizes, as adaptive meshes have them, strain s
 0.0005."""
 MISSED = {
     "elimination": (
-        "a body is too thin for its mesh: its elimination is off by {value:.1e}, at most {limit:g} "
-        "is accepted",
+        "a body is too thin for its mesh: its elimination is off by {value:.1e}, at most "
+        "{limit:g} is accepted",
         "choose smaller elements",
     ),
     "equilibrium": (

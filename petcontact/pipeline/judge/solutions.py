@@ -171,9 +171,8 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
             )
             if left > limit_of("jam") * max(pressed):
                 text = (
-                    f"pressure stays after step "
-                    f"{problem.steps[number - 1].name!r} took all loads away: it jams, and what "
-                    "stays depends on the path"
+                    f"pressure stays after step {problem.steps[number - 1].name!r} took all loads "
+                    "away: it jams, and what stays depends on the path"
                 )
                 advice = "unload in several increments"
                 where = f"pair {name!r}"

@@ -84,10 +84,8 @@ def compactness(solution: Solution) -> float:
     """
     least = 1.0
     for body in solution.posed.bodies:
-        mesh, results = (
-            solution.meshes[body.name],
-            [step.bodies[body.name] for step in solution.tried],
-        )
+        mesh = solution.meshes[body.name]
+        results = [step.bodies[body.name] for step in solution.tried]
         root = np.sqrt(np.repeat(mesh.weight, mesh.components))
         motions = np.linalg.qr(root[:, None] * unit_motions(mesh).reshape(len(root), -1))[0]
         moved = root[:, None] * np.column_stack([result.u.ravel() for result in results])

@@ -46,8 +46,7 @@ def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None
     ):
         raise InputError(
             f"{side.key}.direction: must point out of part {side.part!r}, from the secondary to "
-            f"the primary; "
-            f"{direction.round(6).tolist()} does not"
+            f"the primary; {direction.round(6).tolist()} does not"
         )
     if side.primary is None:
         return None
@@ -238,11 +237,9 @@ def periodic_interface(body: Body, side: PosedInterface, mesh: BoundaryMesh) -> 
     """
     assert side.primary is not None
     nodes, partner = mesh.nodes_of(side.part), partner_nodes(mesh, side.part, side.primary[1])
-    normal, gap, same = (
-        mesh.normal[nodes],
-        np.zeros(len(nodes)),
-        scipy.sparse.csr_array(scipy.sparse.identity(len(nodes))),
-    )
+    normal = mesh.normal[nodes]
+    gap = np.zeros(len(nodes))
+    same = scipy.sparse.csr_array(scipy.sparse.identity(len(nodes)))
     jump = np.array(
         [
             (0.0, 0.0),

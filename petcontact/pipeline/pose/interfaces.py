@@ -62,7 +62,7 @@ def _check_loads(body: Body, boundary: Boundary) -> None:
         key = "point_force" if body.points else "loads"
         raise InputError(
             f"body {body.name!r}: {key}: loads inside a superelement belong into its file, as "
-            f"force or u_0"
+            "force or u_0"
         )
     for loads in [loads for loads in body.loads if not loads.is_none]:
         if boundary.exterior:

@@ -108,10 +108,8 @@ def _components(
         the normal comes last.
     """
     n, d = mesh.n_nodes, mesh.components
-    frame, traction_known = (
-        np.broadcast_to(np.eye(d), (n, d, d)).copy(),
-        np.ones((n, d), dtype=bool),
-    )
+    frame = np.broadcast_to(np.eye(d), (n, d, d)).copy()
+    traction_known = np.ones((n, d), dtype=bool)
     for part, condition in body.conditions[step - 1].items():
         if isinstance(condition, Displacement):
             check_components(f"body {body.name!r}: {part}.value", condition.value, d)
@@ -121,7 +119,7 @@ def _components(
             if np.ptp(mesh.normal[nodes], axis=0).max() > WRITTEN:
                 raise InputError(
                     f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a "
-                    f"plane face"
+                    "plane face"
                 )
             frame[nodes], axes = contact_frames(mesh, nodes)
             traction_known[nodes, axes[:, -1]] = False

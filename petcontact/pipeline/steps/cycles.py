@@ -127,10 +127,8 @@ def wear_history(problem: PreparedProblem, rows: list[Row]) -> WearHistory | Non
     """Return the rows by interface, or None where there are none."""
     if not rows:
         return None
-    system, wears = (
-        problem.system,
-        [s.law.wear_coefficient is not None for s in problem.discrete.sides],
-    )
+    system = problem.system
+    wears = [s.law.wear_coefficient is not None for s in problem.discrete.sides]
     parts = [
         (face.name, where)
         for face, where, wear in zip(system.interfaces, system.slices, wears, strict=True)

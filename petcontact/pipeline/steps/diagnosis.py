@@ -68,10 +68,8 @@ def second_solution(increment: Increment, outcome: ContactState) -> list[Finding
     contact problems with friction, Ing.-Archiv 60 (1990) 529.
     """
     system, law = increment.system, increment.law
-    added, free = (
-        np.abs(outcome.v - system.u_0).max(initial=0.0),
-        np.abs(system.u_0).max(initial=0.0),
-    )
+    added = np.abs(outcome.v - system.u_0).max(initial=0.0)
+    free = np.abs(system.u_0).max(initial=0.0)
     if not outcome.converged or system.modes is not None or added <= 1e-6 * free or free == 0.0:
         return []
     if law.project(outcome.rho * system.u_0).any():
@@ -237,6 +235,6 @@ def _direction(motion: Array, weight: Array) -> str:
     if np.abs(np.delete(mean, axis)).max() < 1e-6 * abs(mean[axis]):
         return f"pushes it along {'-' if mean[axis] < 0 else '+'}{'xyz'[axis]}"
     return (
-        f"pushes it along "
+        "pushes it along "
         f"({', '.join(f'{component:.3g}' for component in mean / np.linalg.norm(mean))})"
     )

@@ -36,10 +36,8 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
     """
     if not discrete.interfaces or not has_compressed(discrete.posed.bem, discrete.meshes):
         return
-    prepared, posed = (
-        _rigid(discrete, comm),
-        (discrete.posed.bodies, discrete.meshes, discrete.interfaces),
-    )
+    prepared = _rigid(discrete, comm)
+    posed = (discrete.posed.bodies, discrete.meshes, discrete.interfaces)
     for number, step in enumerate(prepared.steps, 1):
         data = later_data(
             *posed,

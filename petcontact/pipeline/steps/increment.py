@@ -245,10 +245,8 @@ class PreparedProblem:
         """Return the unloaded state, before the first increment."""
         system = self.system
         still = np.zeros((len(system.obstacle_modes), system.motions.components))
-        slip, alpha = (
-            np.zeros((system.size, system.components - 1)),
-            np.zeros(system.modes.shape[1]),
-        )
+        slip = np.zeros((system.size, system.components - 1))
+        alpha = np.zeros(system.modes.shape[1])
         return IncrementState(
             slip,
             self.start,

@@ -239,10 +239,8 @@ def _reactions(increment: Increment, pairs: dict[str, PairResult]) -> list[Findi
     for face in increment.problem.system.interfaces:
         if face.distance is None:
             continue
-        pair, apart = (
-            pairs[face.name],
-            np.where(np.isfinite(face.distance), face.distance, 0.0)[:, None] * face.normal,
-        )
+        pair = pairs[face.name]
+        apart = np.where(np.isfinite(face.distance), face.distance, 0.0)[:, None] * face.normal
         shear = np.einsum("mt,mtc->mc", pair.sigma_t, pair.tangent)
         couple = increment.problem.system.motions.moment(apart, pair.weight[:, None] * shear)
         left = pair.imbalance_beyond(-couple)

@@ -302,9 +302,9 @@ def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tu
         before, sigma = sigma, state_after(problem, [last]).sigma
         apart = _sizes(problem, sigma - before)[0] if q * p > 0.0 else 0.0
         text = (
-            f"{'p and q differ' if wears else 'q differs'} by "
-            f"{apart / (q or 1.0):.0%} ({apart / (p or 1.0):.1%} of p) between {_count(one, end)} "
-            f"and {_count(other, end)} {'jumps' if end.cycle > 1 else 'increments'}"
+            f"{'p and q differ' if wears else 'q differs'} by {apart / (q or 1.0):.0%} "
+            f"({apart / (p or 1.0):.1%} of p) between {_count(one, end)} and {_count(other, end)} "
+            f"{'jumps' if end.cycle > 1 else 'increments'}"
         )
         differences.append((apart, text))
         error += apart / (p or 1.0)

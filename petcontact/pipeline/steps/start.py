@@ -91,8 +91,7 @@ def _check_posed(config: str, before: str, file: str, done: list[StepResult]) ->
     for difference in (*_differences(old, new), *_differences(done_in, steps_now, "step")):
         raise InputError(
             f"method.start: {file} was solved with {difference}; what is done stays as it was "
-            f"posed, new steps "
-            "follow its steps in the config"
+            "posed, new steps follow its steps in the config"
         )
 
 

@@ -142,11 +142,9 @@ def _sites(box: BoxSurface, part: str, axis: int, share: Array | float, fraction
     other axis."""
     across, side = BOX_PARTS[part]
     axes, shares = face_axes(across, side), np.empty((len(fractions), 3))
-    shares[:, axes[axis]], shares[:, axes[1 - axis]], shares[:, across] = (
-        fractions,
-        share,
-        float(side),
-    )
+    shares[:, axes[axis]] = fractions
+    shares[:, axes[1 - axis]] = share
+    shares[:, across] = float(side)
     normal = np.zeros_like(shares)
     normal[:, across] = 2 * side - 1
     return Sites(box.lower + shares * (box.upper - box.lower), normal)

@@ -95,11 +95,9 @@ def _rectangle(
     number = mesh.part_names.index(part)
     on_face = mesh.part == number
     low, high = (corner[on_face] for corner in mesh.boxes)
-    low, high, normal = (
-        low.min(axis=0),
-        high.max(axis=0),
-        mesh.normal[mesh.first_node[:-1][on_face][0]],
-    )
+    low = low.min(axis=0)
+    high = high.max(axis=0)
+    normal = mesh.normal[mesh.first_node[:-1][on_face][0]]
     axis = int(np.abs(normal).argmax())
     uv = [(axis + 1) % 3, (axis + 2) % 3][:: 1 if normal[axis] > 0.0 else -1]
     centre = zone.centre[uv]
@@ -222,10 +220,8 @@ def _panels_around(
         for near in (away < limit for limit in AROUND):
             if _rim(zone, panels, np.flatnonzero(near), sector) is not None:
                 graded, near = _graded(panels, near, number, zone.centre, surface)
-                rim, rest = (
-                    _rim(zone, graded, np.flatnonzero(near), sector),
-                    graded.reordered(np.flatnonzero(~near)),
-                )
+                rim = _rim(zone, graded, np.flatnonzero(near), sector)
+                rest = graded.reordered(np.flatnonzero(~near))
                 if rim is not None:
                     yield Patch(
                         rest,

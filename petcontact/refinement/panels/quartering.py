@@ -35,10 +35,8 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: Boundary | None = None) -> Surf
     exact = surface if surface is not None and surface.exact else None
     if exact is not None:
         mesh = apart(mesh, exact)
-    kept, parent = (
-        np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked],
-        [np.flatnonzero(~marked)],
-    )
+    kept = np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked]
+    parent = [np.flatnonzero(~marked)]
     points = [kept if surface is None or not len(kept) else surface.onto(mesh.part[~marked], kept)]
     triangle, curved = np.isnan(mesh.corners[:, 3, 0]), ~np.isnan(mesh.middles[:, 0, 0])
     kinds = np.column_stack([triangle, curved, along | triangle[:, None]])

@@ -122,10 +122,8 @@ def _inside(
     angle += np.mean(np.unwrap(np.angle(rim @ [1.0, 1.0j])) - angle)
     disc = np.column_stack([np.cos(angle), np.sin(angle)])
     ends = 2 * np.cumsum([0, *counts, *counts])
-    side, full = (
-        np.repeat(np.arange(4), np.diff(ends)),
-        np.append(angle, angle[0] + 2.0 * np.pi)[ends],
-    )
+    side = np.repeat(np.arange(4), np.diff(ends))
+    full = np.append(angle, angle[0] + 2.0 * np.pi)[ends]
     half = 0.5 * np.diff(full)[side]
     chord = np.cos(half) / np.cos(angle - full[side] - half)
     # the core is half-way between a polygon and a disc, for corners between 90 and 180 degrees

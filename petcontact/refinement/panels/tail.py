@@ -146,20 +146,16 @@ def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf
     A rim consists of sides of elements of other parts. The distance is infinite if no rim is within
     `reach`, a number or (m,) [length]. Curved sides count as chords of their pieces.
     """
-    result, part, reach = (
-        np.full(len(nodes), np.inf),
-        mesh.node_part[nodes],
-        np.broadcast_to(reach, len(nodes)),
-    )
+    result = np.full(len(nodes), np.inf)
+    part = mesh.node_part[nodes]
+    reach = np.broadcast_to(reach, len(nodes))
     for number in np.unique(part):
         # the surface of a whole body has no other part
         segments = _pieces(mesh, [name for k, name in enumerate(mesh.part_names) if k != number])
         members = np.flatnonzero(part == number)
-        middle, along, x = (
-            0.5 * (segments[:, 0] + segments[:, 1]),
-            segments[:, 1] - segments[:, 0],
-            mesh.x[nodes[members]],
-        )
+        middle = 0.5 * (segments[:, 0] + segments[:, 1])
+        along = segments[:, 1] - segments[:, 0]
+        x = mesh.x[nodes[members]]
         half = 0.5 * np.linalg.norm(along, axis=1).max(initial=0.0)
         point, side = within(middle, x, reach[members] + half)
         from_start, vector = x[point] - segments[side, 0], along[side]

@@ -67,8 +67,7 @@ def animate(solution: SolutionData, path: str | Path) -> Path:
     if len(steps) < 2:
         raise InputError(
             f"{path}: an animation needs several increments, there is {len(steps)}; give the "
-            f"problem [[step]] "
-            "with increments, or draw it by `petcontact plot` without --animate"
+            "problem [[step]] with increments, or draw it by `petcontact plot` without --animate"
         )
     rate = min(max(len(steps) / SECONDS, SLOWEST), FASTEST)
     writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=round(rate))

@@ -34,10 +34,8 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
     """Tangential displacement on each interface at the end, between bodies the slip, as arrows;
     nodes that stick and slip as dots."""
     for axes, name, pair in _panels(figure, solution):
-        slip, unit = (
-            np.where(pair.state[:, None] == OPEN, 0.0, pair.slip),
-            solution.problem.units.length,
-        )
+        slip = np.where(pair.state[:, None] == OPEN, 0.0, pair.slip)
+        unit = solution.problem.units.length
         _shade(
             axes,
             solution,
@@ -52,10 +50,8 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
     """Tangential traction on each interface at the end as arrows, over its share of the bound;
     nodes that stick and slip as dots."""
     for axes, name, pair in _panels(figure, solution):
-        size, limited = (
-            np.linalg.norm(pair.sigma_t, axis=1),
-            np.isfinite(pair.bound) & (pair.bound > 0.0),
-        )
+        size = np.linalg.norm(pair.sigma_t, axis=1)
+        limited = np.isfinite(pair.bound) & (pair.bound > 0.0)
         share = np.divide(size, pair.bound, out=np.zeros(len(size)), where=limited)
         unit = solution.problem.units.stress
         if limited.any():
@@ -167,11 +163,9 @@ def _shade(
     from matplotlib.collections import LineCollection
     from matplotlib.tri import Triangulation
 
-    pair, mesh, nodes = (
-        solution.pairs[name],
-        as_surface(solution.meshes[solution.sides[name][0]]),
-        solution.nodes[name],
-    )
+    pair = solution.pairs[name]
+    mesh = as_surface(solution.meshes[solution.sides[name][0]])
+    nodes = solution.nodes[name]
     chart, closed, known = Chart.of(solution, name), pair.state != OPEN, np.isfinite(values)
     front = _front(solution, name, closed, chart)
     whole = np.setdiff1d(mesh.element[nodes[front & known]], mesh.element[nodes[~known]])

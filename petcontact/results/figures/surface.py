@@ -280,10 +280,8 @@ def equal_corners(polygons: Sequence[Array]) -> Array:
 def contact_normals(solution: SolutionData, body: str) -> list[Array]:
     """Outward normals of a body times areas on its interfaces, (m, 3) each, where they are in
     contact, or anywhere."""
-    result, primary = (
-        [],
-        {name: side.partition(".")[0] for name, side in solution.primaries.items()},
-    )
+    result = []
+    primary = {name: side.partition(".")[0] for name, side in solution.primaries.items()}
     for name, pair in solution.pairs.items():
         closed = (
             pair.state != OPEN

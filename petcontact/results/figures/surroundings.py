@@ -135,10 +135,8 @@ def draw_loads(axes: Any, solution: SolutionData, view: View) -> None:
     word = f"load, up to {largest:.3g} {solution.problem.units.stress or ''}".rstrip()
     for side in sides if largest > 0.0 else ():
         shown = spread(side.x, size / ARROWS)
-        pulls, arrows = (
-            np.sum(side.traction * side.normal, axis=1) > 0.0,
-            side.traction * (LONG * size / largest),
-        )
+        pulls = np.sum(side.traction * side.normal, axis=1) > 0.0
+        arrows = side.traction * (LONG * size / largest)
         draw_arrows(axes, side.x, arrows, pulls, shown, word, LOAD)
 
 

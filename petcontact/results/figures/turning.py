@@ -151,10 +151,8 @@ def _apart(solution: SolutionData) -> dict[str, list[float]]:
     Secondaries go against the mean of their normals in contact; no way where these point all
     around, as those of a pin do.
     """
-    names, primary = (
-        list(solution.meshes),
-        {name: side.partition(".")[0] for name, side in solution.primaries.items()},
-    )
+    names = list(solution.meshes)
+    primary = {name: side.partition(".")[0] for name, side in solution.primaries.items()}
     rows, motions = [np.ones(len(names))], [np.zeros(3)]
     for name, pair in solution.pairs.items():
         mean = pair.weight @ pair.normal / pair.weight.sum()

@@ -19,10 +19,8 @@ def write_wear(group: Any, wear: WearHistory) -> None:
     for name, depth in wear.depth.items():
         folder = place.create_group(f"contact/{name}", track_order=True)
         folder["pressure"], folder["depth"] = wear.pressure[name], depth
-        folder["volume"], folder["largest_depth"] = (
-            depth @ group[f"pairs/{name}/weight"][()],
-            depth.max(axis=1, initial=0.0),
-        )
+        folder["volume"] = depth @ group[f"pairs/{name}/weight"][()]
+        folder["largest_depth"] = depth.max(axis=1, initial=0.0)
 
 
 def read_wear(group: Any, nodes: Mapping[str, Any], source: str) -> WearHistory | None:

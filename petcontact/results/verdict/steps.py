@@ -115,7 +115,6 @@ def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:
         for k in np.unique(np.linspace(0, last, 5).round().astype(int)):
             lines.append(
                 f"    cycle {wear.cycle[k]}: volume {volume[k]:.6g}, depth "
-                f"{depth[k].max(initial=0.0):.4g}, "
-                f"max p {pressure[k].max(initial=0.0):.6g}"
+                f"{depth[k].max(initial=0.0):.4g}, max p {pressure[k].max(initial=0.0):.6g}"
             )
     return lines

@@ -105,10 +105,8 @@ def _cells(mesh: Any, fields: BodyFields, state: Index, bound: Array) -> meshio.
     turn = np.abs(mesh.curvature * mesh.length)
     # arcs are cut into lines that turn by a tenth at most
     counts = np.maximum(np.maximum(2 * mesh.order, 1), np.ceil(turn / 0.1).astype(np.int64))
-    lines, element = (
-        np.repeat(np.arange(mesh.n_elements), counts),
-        np.repeat(np.arange(mesh.n_elements), counts + 1),
-    )
+    lines = np.repeat(np.arange(mesh.n_elements), counts)
+    element = np.repeat(np.arange(mesh.n_elements), counts + 1)
     place = (np.arange(len(element)) - np.searchsorted(element, element)) / counts[element]
     middle = (np.arange(len(lines)) - np.searchsorted(lines, lines) + 0.5) / counts[lines]
     (x, normal), stress = mesh.at(element, place), fields.on_boundary(element, place)

@@ -44,10 +44,8 @@ def vtk_cells(mesh: SurfaceMesh) -> tuple[Places, list[tuple[str, Index, Index]]
     for batch in mesh.batches():
         panels, kind = batch.elements, int(mesh.kind[batch.elements.index[0]])
         # from order 2 on flat panels are cells of the second order, too
-        corners, quadratic = (
-            (3 if kind & TRIANGLE else 4),
-            bool(kind & CURVED or kind % TRIANGLE >= 2),
-        )
+        corners = 3 if kind & TRIANGLE else 4
+        quadratic = bool(kind & CURVED or kind % TRIANGLE >= 2)
         local = np.asarray(panels.mapped(_nodes(corners, quadratic)))
         numbers = first + np.arange(local.shape[0] * local.shape[1]).reshape(local.shape[:2])
         first += numbers.size

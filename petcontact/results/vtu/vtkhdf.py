@@ -147,11 +147,9 @@ def _write_steps(root: Any, times: list[float], data: dict[str, Fields]) -> None
     steps.attrs["NSteps"] = count
     steps["Values"] = np.array(times)
     still = np.zeros(count, dtype=np.int64)
-    steps["PartOffsets"], steps["PointOffsets"], steps["NumberOfParts"] = (
-        still,
-        still,
-        np.ones(count, dtype=np.int64),
-    )
+    steps["PartOffsets"] = still
+    steps["PointOffsets"] = still
+    steps["NumberOfParts"] = np.ones(count, dtype=np.int64)
     steps["CellOffsets"] = steps["ConnectivityIdOffsets"] = np.zeros((count, 1), dtype=np.int64)
     for group, fields in data.items():
         for key, values in fields.items():

@@ -117,7 +117,7 @@ class CaseTable:
         if content is None:
             raise ResultError(
                 f"{record.path}: the fields of {record.row['id']} are damaged; the sweep computes "
-                f"them again"
+                "them again"
             )
         return unpacked(content, record.row["keep"])
 

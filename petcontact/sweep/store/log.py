@@ -73,8 +73,7 @@ class Log:
             except OSError as error:
                 raise OutputError(
                     f"{self.path}: cannot be written ({error.strerror}); the finished cases are "
-                    f"whole, "
-                    "start the sweep again where there is room"
+                    "whole, start the sweep again where there is room"
                 ) from error
             counts = len(self._waiting), self._failed
             self._waiting, self._failed = [], 0
