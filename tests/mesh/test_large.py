@@ -76,7 +76,8 @@ def test_what_takes_a_while_is_announced(comm, capsys):
         announcer(Status, adaptive, quiet=False)(1000, 2000, 28.4, 0.35e9)
     size = "petcontact: 1000 nodes, 2000 unknowns, about 0.35 GB: about 28 s"
     whole, one = capsys.readouterr().err.splitlines()
-    assert (whole, one) == (f"{size} of processor time", f"{size} for this mesh")
+    assert whole == f"{size} of processor time, up to twice with errors and stresses"
+    assert one == f"{size} for this mesh, up to twice with errors and stresses"
     sides = [drawn(part, [0, 0, 1]) for part in ("left", "right", "front", "back")]
     block = problem(
         material=elastic(1.0, 0.3),

@@ -179,7 +179,9 @@ def test_a_joint_that_a_tangential_ray_carries_over_is_one_with_that_of_the_othe
     found = adapt(problem(body=[disc, block], contact=[pair]))
     assert found.status == "converged"
     for name in found.meshes:
-        assert found.boundary_state(body=name)[1].von_mises.max() == pytest.approx(0.013, rel=2e-2)
+        state = found.boundary_state(body=name)[1]
+        near = state.von_mises[state.x[:, 1] < 2.5]  # the block's clamped corners have no bound
+        assert near.max() == pytest.approx(0.0131, rel=2e-2)
 
 
 def test_where_a_gap_jumps_a_part_ends():

@@ -65,10 +65,9 @@ class MixedEquations:
         self._coordinates, self._shift = np.zeros((r, r)), np.zeros((len(self._mine), r))
         for b, body in enumerate(rows):
             motion_slice = slice(self.ends[b], self.ends[b + 1])
-            own_rows = slice(coupling.first[b], coupling.first[b + 1])
-            basis, factor = np.linalg.qr(body.motions)
-            self.motions[own_rows, motion_slice] = basis
-            self._dual[own_rows, motion_slice] = body.gauge @ np.linalg.inv(basis.T @ body.gauge)
+            own = slice(coupling.first[b], coupling.first[b + 1]), motion_slice
+            self.motions[own], factor = np.linalg.qr(body.motions)
+            self._dual[own] = body.gauge @ np.linalg.inv(self.motions[own].T @ body.gauge)
             self._coordinates[motion_slice, motion_slice] = np.linalg.inv(factor)
         if r:
             moved = [self._multiplied(q) for q in coupling.padded(self.motions).T]
