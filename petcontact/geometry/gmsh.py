@@ -19,6 +19,9 @@ CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4,
 """Corners of the cells whose edges say where the boundary is; corners come first in a cell's list
 of nodes."""
 
+UNNAMED = "unnamed"
+"""The part of the boundary lines of a mesh with cells that are in no physical group: it is free
+where it has no condition."""
 NODES = {"line": 2, "triangle": 3, "quad": 4}
 """Of cells whose names have no number; the others end with theirs."""
 
@@ -27,8 +30,9 @@ def gmsh_outline(mesh: Any, file: str, axial: bool = False) -> Outline:
     """Return the outline of a plane mesh that meshio has read.
 
     Each boundary line of the mesh is a side of its own. A line of second order becomes the circular
-    arc through its three nodes. If there are 2D cells, only lines of exactly one cell count. Lines
-    of a half section on the axis x = 0 need no group.
+    arc through its three nodes. If there are 2D cells, only lines of exactly one cell count, and
+    those in no group are the part `UNNAMED`. Lines of a half section on the axis x = 0 need no
+    group.
 
     Raises
     ------
@@ -43,14 +47,9 @@ def gmsh_outline(mesh: Any, file: str, axial: bool = False) -> Outline:
     if axial:
         lines |= _on_axis(lines, edges, points)
     if edges is not None:
-        missing = edges - set(lines)
-        if missing:
-            a, b = min(missing)
-            raise InputError(
-                f"{file}: the boundary line from {shown(points[a])} to {shown(points[b])} is in "
-                "no physical line group; each part of the boundary needs one"
-            )
-        lines = {edge: line for edge, line in lines.items() if edge in edges}
+        lines = {
+            (a, b): lines.get((a, b), (a, b, middle, UNNAMED)) for (a, b), middle in edges.items()
+        }
     return Outline(oriented(_loops(lines, points, file)))
 
 
@@ -116,6 +115,9 @@ def _damage(file: str) -> str:
 
 Line = tuple[int, int, int | None, str]
 """First, last and middle node of a boundary line, and its part."""
+Edges = dict[tuple[int, int], int | None]
+"""Edges of exactly one cell by the sorted pair of their end nodes: the middle node, if there is
+one."""
 
 
 def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
@@ -154,7 +156,7 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
 
 
 def _on_axis(
-    lines: dict[tuple[int, int], Line], edges: set[tuple[int, int]] | None, points: Array
+    lines: dict[tuple[int, int], Line], edges: Edges | None, points: Array
 ) -> dict[tuple[int, int], Line]:
     """Lines on the axis that no group has: edges of one cell, without cells what closes chains that
     begin and end there."""
@@ -169,22 +171,30 @@ def _on_axis(
             for pair in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=False)
         ]
     else:
-        on_axis = [edge for edge in edges - set(lines) if near[list(edge)].all()]
+        on_axis = [edge for edge in edges.keys() - set(lines) if near[list(edge)].all()]
     return {(a, b): (a, b, None, "axis") for a, b in on_axis}
 
 
-def _boundary_edges(mesh: Any) -> set[tuple[int, int]] | None:
-    """Sorted node pairs of the edges of exactly one cell, None where there are no 2D cells."""
+def _boundary_edges(mesh: Any) -> Edges | None:
+    """The edges of exactly one cell, None where there are no 2D cells."""
     edges = []
     for block in mesh.cells:
         corners = CORNERS.get(block.type)
         if corners is not None:
             cells = np.asarray(block.data, dtype=np.int64)
-            edges += [np.sort(cells[:, [k, (k + 1) % corners]], axis=1) for k in range(corners)]
+            for k in range(corners):
+                # the middles of the edges follow the corners
+                middle = (
+                    cells[:, corners + k] if cells.shape[1] > corners else np.full(len(cells), -1)
+                )
+                ends = np.sort(cells[:, [k, (k + 1) % corners]], axis=1)
+                edges.append(np.column_stack([ends, middle]))
     if not edges:
         return None
-    unique, count = np.unique(np.vstack(edges), axis=0, return_counts=True)
-    return {(int(a), int(b)) for a, b in unique[count == 1]}
+    every = np.vstack(edges)
+    _, first, count = np.unique(every[:, :2], axis=0, return_index=True, return_counts=True)
+    found = every[first[count == 1]].tolist()
+    return {(a, b): None if middle < 0 else middle for a, b, middle in found}
 
 
 def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list[list[Side]]:

@@ -86,7 +86,8 @@ class Gmsh(Shape):
 
     def outline(self, axial: bool = False) -> Outline | FacetSurface | CadSurface:
         """The outline, or the surface where the nodes do not lie in a plane z = const; of a half
-        section of a body of revolution the lines on the axis x = 0 need no physical group.
+        section of a body of revolution the lines on the axis x = 0 need no physical group. Where
+        the file has cells, boundary lines in no group are the part "unnamed", which is free.
 
         Raises
         ------

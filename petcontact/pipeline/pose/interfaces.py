@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from ...bem.compatibility import check_revolution
 from ...errors import InputError
+from ...geometry.gmsh import UNNAMED
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
 from ...given.bodies import Body
@@ -107,7 +108,7 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
                 f"{key}: {part!r} of body {body.name!r} has a boundary condition already"
             )
     met = [*taken, *(part for _, _, part in ends)]
-    missing = [part for part in boundary.parts if part not in met]
+    missing = [part for part in boundary.parts if part not in (*met, UNNAMED)]
     if missing and problem.is_flat:
         raise InputError(
             f"boundary: part {missing[0]!r} has no condition; if it is free write [[boundary]] "
