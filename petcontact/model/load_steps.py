@@ -224,7 +224,8 @@ class Step(Model):
         error of the path would exceed the wanted accuracy; they grow with a contact that begins.
     until : "sliding", optional
         Ends the step where a whole contact slips, if that is before all its loads act. The load
-        factor that is reached is a result.
+        factor that is reached is a result. The next step gives a value to all that this one
+        changes.
     boundary, obstacle, contact, point_force, loads : lists
         What changes; the rest keeps the values it has at the end of the step before.
     """
@@ -255,15 +256,28 @@ def check_until(steps: Sequence[Step], friction: Sequence[bool], in_cycle: range
     InputError
     """
     for k in [k for k, step in enumerate(steps) if step.until]:
+        later = k + 1 < len(steps)
+        grow_on = sorted(_given_anew(steps[k]) - _given_anew(steps[k + 1])) if later else []
         trouble = {
             "no contact has friction, and so none can slide": not any(friction),
             "a step of a cycle ends where its loads all act": k + 1 in in_cycle,
             "the two steps before a later step have it both; give it to one of them": (
                 k + 2 < len(steps) and steps[k + 1].until is not None
             ),
+            "all loads grow in the first step, and would grow on in the next one; let a step that "
+            "changes nothing come first": later and k == 0,
+            f"the next step would let it grow on: give {', '.join(grow_on[:1])} a value in "
+            f"step[{k + 1}]": len(grow_on) > 0,
         }
         for text in [text for text, holds in trouble.items() if holds]:
             raise InputError(f"step[{k}].until: {text}")
+
+
+def _given_anew(step: Step) -> set[str]:
+    """What a step gives new values, in words."""
+    named = (*step.obstacle, *step.contact, *step.point_force)
+    loads = {f"the loads of {each.body or 'the body'}" for each in step.loads}
+    return {repr(each.part) for each in step.boundary} | {repr(each.name) for each in named} | loads
 
 
 def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:

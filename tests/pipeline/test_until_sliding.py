@@ -137,6 +137,8 @@ def test_a_limit_load_is_named() -> None:
             {},
             "have it both",
         ),
+        ([Step("press"), pushed(until="sliding"), Step("end")], {}, "let it grow on: give 'left'"),
+        ([pushed(until="sliding"), Step("end")], {}, "all loads grow in the first step"),
     ],
 )
 def test_what_is_refused(steps: list[Step], more: dict[str, Any], message: str) -> None:
