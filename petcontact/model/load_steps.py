@@ -275,9 +275,9 @@ def check_until(steps: Sequence[Step], friction: Sequence[bool], in_cycle: range
 
 def _given_anew(step: Step) -> set[str]:
     """What a step gives new values, in words."""
-    named = (*step.obstacle, *step.contact, *step.point_force)
-    loads = {f"the loads of {each.body or 'the body'}" for each in step.loads}
-    return {repr(each.part) for each in step.boundary} | {repr(each.name) for each in named} | loads
+    lists = step.obstacle, step.contact, step.point_force
+    names = [each.part for each in step.boundary] + [each.name for some in lists for each in some]
+    return {*map(repr, names), *(f"the loads of {each.body or 'the body'}" for each in step.loads)}
 
 
 def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:

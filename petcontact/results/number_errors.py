@@ -64,7 +64,7 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
     now, last = {number.key: number for number in numbers}, solution
     errors = dict.fromkeys(now, 0.0)
     for other in solution.paths:
-        there = {number.key: number for number in numbers_of(other, peaks=False)}
+        there = _by_key(other)
         ends = {(step.step, step.cycle) for step in other.steps}
         stresses = stresses_near(last, [each for each in numbers if each.key[2:] in ends])
         # errors fall like √h of the increments h at least; of two increments one is made
@@ -123,10 +123,7 @@ def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
 
 def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     stresses = stresses_near(solution, numbers)
-    others = [
-        (each, gain, {number.key: number for number in numbers_of(each, peaks=False)})
-        for each, gain in _coarser(solution)
-    ]
+    others = [(each, gain, _by_key(each)) for each, gain in _coarser(solution)]
     result = list[Number]()
     for number in numbers:
         error, before = number.error, others[0][2].get(number.key)
@@ -146,6 +143,11 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         error = np.maximum(error, alone) if np.isnan(number.exponent) else np.hypot(error, alone)
         result.append(number.known_to(float(error)))
     return _balanced(result, supports=solution.problem.kind == "bilateral")
+
+
+def _by_key(other: Evaluated) -> dict[Key, Number]:
+    """The numbers of another mesh or path, with which those of a solution are compared."""
+    return {each.key: each for each in numbers_of(other, peaks=False, compared=True)}
 
 
 def _shared(solution: Evaluated, number: Number) -> float:

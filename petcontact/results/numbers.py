@@ -42,8 +42,10 @@ class _OfStep:
         self,
         solution: Evaluated,
         increments: list[StepResult],
+        compared: bool,
     ) -> None:
         self._solution, self._increments, self._step = solution, increments, increments[-1]
+        self._compared = compared
         self._fits = fits(solution, self._step)
         self._places = singular_places(solution, self._step)
         # bodies of revolution without torsion cannot turn
@@ -167,12 +169,12 @@ class _OfStep:
                     place.body,
                     self._step.step,
                     self._step.cycle,
-                    np.array([fit.told[0]]),
+                    np.array([fit.unit * fit.value]),
                     f"stress length^{-fit.power:.4g}",
                     place=place.x,
                     beside=None if place.is_edge else place.x,
                     exponent=fit.mode.exponent.real,
-                    alone=fit.told[1],
+                    alone=0.0 if self._compared else fit.unit * fit.spread,
                 )
 
     def _of_obstacles(self) -> Iterator[Number]:
@@ -235,17 +237,18 @@ def end_of(solution: Evaluated, number: Number) -> StepResult:
     return [step for step in solution.steps if (step.step, step.cycle) == at][-1]
 
 
-def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:
+def numbers_of(solution: Evaluated, peaks: bool = True, compared: bool = False) -> list[Number]:
     """Return the numbers at the ends of all steps, without errors.
 
-    The largest stresses are among them if `peaks` is true.
+    The largest stresses are among them if `peaks` is true. Of numbers that are only compared what
+    fits of K leave uncertain is not looked for.
     """
     numbers = list[Number]()
     # the increments of each step, in the first cycle and in later ones
     by_step = itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle))
     steps = [list(some) for _, some in by_step]
     for increments in steps:
-        numbers += _OfStep(solution, increments).all()
+        numbers += _OfStep(solution, increments, compared).all()
     return [*numbers, *(stress_peaks(solution, [each[-1] for each in steps]) if peaks else [])]
 
 

@@ -107,6 +107,7 @@ class Sides:
         self._data = np.stack([u, traction * self._r[:, None]], axis=1)
         self._weight = np.sqrt(mesh.measure[nodes] / self._r)
         self._followed = _followed(mesh, nodes, self._r)
+        self._free = dict[tuple[int, complex], Array]()  # of all fits
         end = 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
         self._end, self._size = max(end, place.core), place.size
 
@@ -159,7 +160,10 @@ class Sides:
         free = np.eye(2 * expansion.components, dtype=np.complex128)
         left_out = REGULAR
         for power in self._powers(expansion):
-            more = self._columns(expansion, power, free)
+            key = expansion.components, power
+            if key not in self._free:
+                self._free[key] = self._columns(expansion, power, free)
+            more = self._free[key]
             if sum(each.shape[-1] for each in (*columns, more)) > most:
                 left_out = power.real
                 break

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,19 +52,29 @@ class Fit:
     place : Place
     expansion : Expansion
     mode : Mode
-    value, spread : float
-        K [stress · length^(1-λ)], of a complex exponent the amplitude, and what it differs by from
-        that of nearer nodes; NaN where too few nodes lie beside the place.
+    value : float
+        K [stress · length^(1-λ)], of a complex exponent the amplitude; NaN where too few nodes lie
+        beside the place.
     across : float
         σ_zz over σ_rr + σ_θθ [-].
+    spreads : callable
+        Returns the spreads of all modes of the expansion: three more fits, for who asks.
+    number : int
+        Of the mode among them.
     """
 
     place: Place
     expansion: Expansion
     mode: Mode
     value: float
-    spread: float
     across: float
+    spreads: Callable[[], list[float]]
+    number: int
+
+    @property
+    def spread(self) -> float:
+        """What K differs by from those of other nodes and weights."""
+        return self.spreads()[self.number]
 
     @property
     def power(self) -> float:
@@ -116,10 +127,9 @@ class Fit:
         return max(reach, own) if reach > MATTERS * own else reach
 
     @property
-    def told(self) -> tuple[float, float]:
-        """K and its spread as they are told: of a crack the stress intensity factor."""
-        unit = CRACK if self.is_crack else 1.0
-        return unit * self.value, unit * self.spread
+    def unit(self) -> float:
+        """What K is told over: of a crack the stress intensity factor is √(2π) times as large."""
+        return CRACK if self.is_crack else 1.0
 
     @property
     def is_crack(self) -> bool:
@@ -141,18 +151,19 @@ def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
         for place in (each for each in places if each.expansions):
             sides = Sides(solution.body_fields(body, step), place)
             for expansion in place.expansions:
-                every = np.array(
-                    [
-                        sides.fit(expansion),
-                        sides.fit(expansion, NEARER),
-                        sides.fit(expansion, FARTHER),
-                        sides.fit(expansion, alike=True),
-                    ]
-                )
-                spreads = np.nan_to_num(np.abs(every[1:] - every[0])).max(axis=0)
-                for each in zip(expansion.modes, every[0].tolist(), spreads.tolist(), strict=True):
-                    found.append(Fit(place, expansion, *each, across))
+                values = sides.fit(expansion)
+                spreads = functools.cache(functools.partial(_spreads, sides, expansion, values))
+                for k, mode in enumerate(expansion.modes):
+                    found.append(Fit(place, expansion, mode, values[k], across, spreads, k))
     return found
+
+
+def _spreads(sides: Sides, expansion: Expansion, values: list[float]) -> list[float]:
+    """What K of each mode differs by from those of nearer and farther nodes, and of equal
+    weights."""
+    others = sides.fit(expansion, NEARER), sides.fit(expansion, FARTHER)
+    every = np.array([*others, sides.fit(expansion, alike=True)])
+    return [float(each) for each in np.nan_to_num(np.abs(every - values)).max(axis=0)]
 
 
 @dataclass(frozen=True)

@@ -165,7 +165,7 @@ def unbounded_pressure(solution: Solution) -> dict[str, float]:
     result = {"max_pressure": math.inf}
     if found := [fit for fit in found if math.isfinite(fit.value)]:
         most = max(found, key=lambda fit: told_at([fit], "pressure"))
-        result["stress_intensity"] = most.told[0]
+        result["stress_intensity"] = most.unit * most.value
         result["stress_exponent"] = most.mode.exponent.real
     return result
 
