@@ -11,6 +11,8 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -64,13 +66,23 @@ def start(ranks: int, *words: str, children: bool = False, **keywords) -> subpro
 
 
 def kill(job: subprocess.Popen) -> None:
-    """Kill every process of the job's session: a launcher gives its children groups of their own."""
+    """Kill every process of the job's session, and wait until none is left: a launcher gives its
+    children groups of their own."""
+    while alive := list(_alive(job.pid)):
+        for pid in alive:
+            with contextlib.suppress(OSError):
+                os.kill(pid, signal.SIGKILL)
+        time.sleep(0.01)
+
+
+def _alive(session: int) -> Iterator[int]:
+    """Yield the processes of a session that are not dead."""
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
             with contextlib.suppress(OSError):
-                session = (entry / "stat").read_text().rpartition(")")[2].split()[3]
-                if int(session) == job.pid:
-                    os.kill(int(entry.name), signal.SIGKILL)
+                words = (entry / "stat").read_text().rpartition(")")[2].split()
+                if int(words[3]) == session and words[0] not in "ZX":
+                    yield int(entry.name)
 
 
 def run(ranks: int, *words: str, timeout: float = 120.0, **keywords) -> subprocess.CompletedProcess:

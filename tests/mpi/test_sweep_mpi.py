@@ -114,7 +114,9 @@ def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(
     whole, contact = rows(tmp_path / "whole"), read_case_table(tmp_path / "whole")
     folder, seen = tmp_path / "out", dict[str, dict]()
     for number in range(kills):
-        job = launch.start(2, "-c", OFTEN, "petcontact", "sweep", str(path), "-o", str(folder))
+        # children of the launcher: killed with it they write no more
+        words = "-c", OFTEN, "petcontact", "sweep", str(path), "-o", str(folder)
+        job = launch.start(2, *words, children=True)
         target = max(finished(folder), TOTAL * (number + 1) // (kills + 1))
         until(lambda goal=target: finished(folder) >= goal, job)
         time.sleep(chance.uniform(0.0, 0.05))
