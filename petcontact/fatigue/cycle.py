@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..fields.boundary.places import best_places
 from ..results.body_fields import BodyFields, states_at
 from ..results.data import SolutionData
+from ..results.evaluated import NOWHERE
 from ..results.records import StepResult
 from ..runtime.hints import demand_name
 
@@ -143,7 +144,7 @@ def parts_in_contact(solution: SolutionData) -> dict[str, list[str]]:
     """Parts by body on either side of an interface."""
     parts: dict[str, list[str]] = {name: [] for name in solution.meshes}
     sides = [solution.sides[name] for name in solution.nodes]
-    for body, part in [*sides, *(tuple(side.split(".")) for side in solution.primaries.values())]:
+    for body, part in [*sides, *solution.primaries.values()]:
         if part not in parts[body]:
             parts[body].append(part)
     return parts
@@ -157,7 +158,7 @@ def _next_to_contact(
         pair.x[pair.state != OPEN]
         for step in increments
         for name, pair in step.pairs.items()
-        if body in (solution.sides[name][0], solution.primaries.get(name, "").partition(".")[0])
+        if body in (solution.sides[name][0], solution.primaries.get(name, NOWHERE)[0])
     ]
     touched = np.concatenate([np.empty((0, x.shape[1])), *closed])
     if not len(touched) or reach == 0.0:

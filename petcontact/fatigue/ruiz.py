@@ -16,6 +16,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..results.data import SolutionData
+from ..results.evaluated import NOWHERE
 from ..results.records import PairResult, StepResult
 from .cycle import Sites
 from .smallest_ball import smallest_ball
@@ -56,7 +57,7 @@ def _both_sides(
     (body, part), nodes = solution.sides[name], solution.nodes[name]
     mesh = solution.meshes[body]
     yield body, part, mesh.element[nodes], mesh.places[nodes], np.arange(len(nodes))
-    owner, _, partner = solution.primaries.get(name, "").partition(".")
+    owner, partner = solution.primaries.get(name, NOWHERE)
     if owner:
         numbers, faces = solution.meshes[owner].faces(partner)
         hits = faces.cast(pair.x, pair.normal)

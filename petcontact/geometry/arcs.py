@@ -154,6 +154,16 @@ def perimeter(ring: Array) -> float:
     return float(np.hypot(*(np.roll(ring, -1, axis=0) - ring).T).sum())
 
 
+def cross(a: Array, b: Array) -> Array:
+    """Return a_1 b_2 - a_2 b_1 of vectors (..., 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def turn_between(a: Array, b: Array) -> Array:
+    """Return the angle from vectors (n, 2) to others, left turns positive, (n,) [rad]."""
+    return np.asarray(np.arctan2(cross(a, b), np.einsum("ij,ij->i", a, b)))
+
+
 def signed_area(ring: Array) -> float:
     """Of the polygon with these corners (n, 2), positive where it runs counter-clockwise
     [length²]."""
@@ -173,9 +183,7 @@ def turns_left_once(ring: Array) -> bool:
     """
     edge = np.roll(ring, -1, axis=0) - ring
     before = np.roll(edge, 1, axis=0)
-    turn = np.arctan2(
-        before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0], np.einsum("ij,ij->i", before, edge)
-    )
+    turn = turn_between(before, edge)
     return bool(turn.min() >= 0.0 and turn.max() < 3.0 and turn.sum() < 7.0)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array, shown
 from ..errors import InputError
 from ..round_off import WRITTEN
-from .arcs import signed_area
+from .arcs import signed_area, turn_between
 from .outline import Side
 
 
@@ -76,6 +76,5 @@ def _turns(corners: Array) -> tuple[Array, Array, Array, Array]:
     length = np.hypot(*edge.T)
     along = edge / length[:, None]
     before = np.roll(along, 1, axis=0)
-    cross = before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0]
-    turn = np.arctan2(cross, np.einsum("ij,ij->i", before, along))
+    turn = turn_between(before, along)
     return length, along, before, np.where(np.abs(turn) < WRITTEN, 0.0, turn)

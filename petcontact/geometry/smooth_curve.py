@@ -11,9 +11,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
+import scipy
 
 from ..arrays import Array
 from ..round_off import TINY
+from .arcs import turn_between
 from .noise import Noise, noise_of
 from .outline import Side
 
@@ -34,8 +36,6 @@ LOCAL = 0.1
 """Over the distance of points: the curvature of shorter elements is that in their middle, of longer
 ones that of the arc through it. Round-off of the latter is 1e-16 over the square, times the radius
 over the distance of points."""
-
-
 FLAT = 1e-9
 """Least curvature of an arc, over the inverse of the length of its curve: it then is no straight
 line, of which others lie on one line."""
@@ -119,8 +119,6 @@ class SmoothCurve:
     @functools.cached_property
     def _fitted(self) -> tuple[Any, Array, float]:
         """The spline as FITPACK has it, the parameters of all points, and its sum of squares."""
-        from scipy import interpolate  # its import takes long, and most problems have no points
-
         points = self._given[0]
         chords = np.insert(np.cumsum(np.hypot(*np.diff(points, axis=0).T)), 0, 0.0)
 
@@ -129,17 +127,15 @@ class SmoothCurve:
             return self._spline(points, u, squares), u
 
         def away(found: tuple[Any, Array]) -> float:
-            off = np.array(interpolate.splev(found[1], found[0])) - points.T
+            off = np.array(scipy.interpolate.splev(found[1], found[0])) - points.T
             return float(np.hypot(*off).max())
 
         (spline, u), squares = smoothest(fit, away, self.smooth, len(points))
         return spline, u, squares
 
     def _spline(self, points: Array, u: Array, squares: float) -> Any:
-        from scipy import interpolate
-
         weight, closed = self._given[1], self.closed
-        return quiet(interpolate.splprep, points.T, weight, u, s=squares, per=closed)[0]
+        return quiet(scipy.interpolate.splprep, points.T, weight, u, s=squares, per=closed)[0]
 
     def noise_at(self, x: Array, reach: float) -> Noise:
         """What the noise of the points does to the mean curvature so far on either side of a place
@@ -173,11 +169,9 @@ class SmoothCurve:
 
     def at(self, u: Array, derivative: int = 0) -> Array:
         """Points or derivatives (n, 2) at parameters (n,)."""
-        from scipy import interpolate
-
         if not len(u):  # FITPACK takes no empty arrays
             return np.empty((0, 2))
-        return np.array(interpolate.splev(u, self._fitted[0], derivative)).T
+        return np.array(scipy.interpolate.splev(u, self._fitted[0], derivative)).T
 
     def tangents(self, u: Array) -> Array:
         """Unit vectors (n, 2)."""
@@ -230,9 +224,7 @@ class SmoothCurve:
             way[:, None] * self.tangents(middle),
             chord / np.maximum(size, TINY)[:, None],
         )
-        turn = np.arctan2(
-            half[:, 0] * rest[:, 1] - half[:, 1] * rest[:, 0], np.einsum("ij,ij->i", half, rest)
-        )
+        turn = turn_between(half, rest)
         bend = np.where(tiny, way * self.bends(middle), 2.0 * np.sin(turn) / np.maximum(size, TINY))
         return along, np.copysign(np.maximum(np.abs(bend), FLAT / self.length), bend)
 
@@ -302,18 +294,15 @@ class SmoothSide(Side):
 
 def _bends(spline: Any, u: Array) -> Array:
     """Curvatures (n,) of a spline at parameters (n,)."""
-    from scipy import interpolate
-
-    (x, y), (ddx, ddy) = (interpolate.splev(u, spline, derivative) for derivative in (1, 2))
+    (x, y), (ddx, ddy) = (scipy.interpolate.splev(u, spline, derivative) for derivative in (1, 2))
     return np.asarray((x * ddy - y * ddx) / np.hypot(x, y) ** 3)
 
 
 def _arc_lengths(spline: Any, u: Array) -> Array:
     """Arc lengths (n,) of a spline at parameters (n,)."""
-    from scipy import interpolate
-
     xi, weight = np.polynomial.legendre.leggauss(4)
     half = 0.5 * np.diff(u)[:, None]
-    speed = np.hypot(*interpolate.splev((u[:-1, None] + half * (1.0 + xi)).ravel(), spline, 1))
+    places = (u[:-1, None] + half * (1.0 + xi)).ravel()
+    speed = np.hypot(*scipy.interpolate.splev(places, spline, 1))
     pieces = (half * weight * speed.reshape(half.shape[0], -1)).sum(axis=1)
     return np.insert(np.cumsum(pieces), 0, 0.0)

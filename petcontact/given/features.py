@@ -92,8 +92,8 @@ def where_zero(values: Callable[[Array], Array]) -> tuple[Array, Array]:
         Function from fractions (n,) to values (k, n).
     """
     samples = uniform()
-    below = values(np.concatenate([[0.0], samples, [1.0]])) < 0.0
     ends = np.concatenate([[0.0], samples, [1.0]])
+    below = values(ends) < 0.0
     row, cut = np.nonzero(below[:, 1:] != below[:, :-1])
 
     def same(points: Array) -> Mask:

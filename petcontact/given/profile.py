@@ -15,7 +15,7 @@ from typing import cast
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..geometry.arcs import half_angles
+from ..geometry.arcs import cross, half_angles
 from ..geometry.fillets import rounded
 from ..geometry.noise import Noise
 from ..geometry.outline import Side
@@ -140,7 +140,7 @@ class RoundedPolygon(Profile):
 
     def beside(self, x: Array, ray: Array) -> Array:
         """Return how far ends of sides lie to the left of lines."""
-        return _cross(ray, self.corners[:, None] - x)
+        return cross(ray, self.corners[:, None] - x)
 
     def hits(self, x: Array, ray: Array) -> tuple[Array, Mask]:
         """Return where lines meet sides, in closed form."""
@@ -175,9 +175,9 @@ class RoundedPolygon(Profile):
     def _on_lines(self, x: Array, ray: Array) -> tuple[Array, Mask]:
         start, chord = self._lines
         away = start - x[:, None]
-        across = _cross(ray[:, None], chord)
+        across = cross(ray[:, None], chord)
         with np.errstate(divide="ignore", invalid="ignore"):
-            t, fraction = _cross(away, chord) / across, _cross(away, ray[:, None]) / across
+            t, fraction = cross(away, chord) / across, cross(away, ray[:, None]) / across
             inside = (fraction >= -WRITTEN) & (fraction <= 1.0 + WRITTEN) & np.isfinite(t)
         return np.where(inside, t, np.nan), across < 0.0
 
@@ -186,7 +186,7 @@ class RoundedPolygon(Profile):
         centre, bend, middle, alpha = self._arcs
         offset = x[:, None] - centre
         along = np.einsum("mkc,mc->mk", offset, ray)
-        off = _cross(offset, ray[:, None])
+        off = cross(offset, ray[:, None])
         half = np.sqrt(np.where(np.abs(off * bend) <= 1.0, 1.0 / bend**2 - off**2, np.nan))
         t = way * half - along
         at = offset + t[..., None] * ray[:, None]
@@ -202,7 +202,7 @@ class RoundedPolygon(Profile):
             to_middle = self.corners.mean(axis=0) - x
             return np.asarray(np.einsum("mc,mc->m", to_middle, ray))
         offset = centre[convex] - x[:, None]
-        along, off = np.einsum("mkc,mc->mk", offset, ray), np.abs(_cross(offset, ray[:, None]))
+        along, off = np.einsum("mkc,mc->mk", offset, ray), np.abs(cross(offset, ray[:, None]))
         apart = off - 1.0 / bend[convex]
         least = apart.min(axis=1, keepdims=True)
         first = np.where(apart <= least + WRITTEN * (1.0 + np.abs(least)), along, np.inf)
@@ -254,14 +254,14 @@ class CurveProfile(Profile):
 
     def hits(self, x: Array, ray: Array) -> tuple[Array, Mask]:
         """Return where lines meet the curve, between the ends of a chord that they cross."""
-        left = _cross(self._chords[1] - x[:, None], ray[:, None]) > 0.0
+        left = cross(self._chords[1] - x[:, None], ray[:, None]) > 0.0
         row, chord = np.nonzero(left[:, 1:] != left[:, :-1])
         u = self._meeting(x[row], ray[row], chord, left[row, chord])
         at = (np.arange(len(row)) - np.searchsorted(row, row)).astype(np.int64)
         found = np.full((len(x), int(at.max(initial=0)) + 1), np.nan)
         enters = np.zeros(found.shape, dtype=bool)
         found[row, at] = np.einsum("ij,ij->i", self.curve.at(u) - x[row], ray[row])
-        enters[row, at] = _cross(ray[row], self.curve.at(u, 1)) < 0.0
+        enters[row, at] = cross(ray[row], self.curve.at(u, 1)) < 0.0
         return found, enters
 
     def _meeting(self, x: Array, ray: Array, chord: Index, before: Mask) -> Array:
@@ -270,9 +270,9 @@ class CurveProfile(Profile):
         low, high = self._chords[0][chord], self._chords[0][chord + 1]
         u = 0.5 * (low + high)
         for _ in range(NEWTON):
-            off = _cross(self.curve.at(u) - x, ray)
+            off = cross(self.curve.at(u) - x, ray)
             low, high = np.where((off > 0.0) == before, [u, high], [low, u])
-            slope = _cross(self.curve.at(u, 1), ray)
+            slope = cross(self.curve.at(u, 1), ray)
             step = u - off / np.where(slope == 0.0, np.inf, slope)
             last, u = u, np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
             if np.abs(u - last).max(initial=0.0) <= ROUNDED * self.curve.length:
@@ -283,12 +283,8 @@ class CurveProfile(Profile):
         """Return where lines are closest to the nearer end of the curve, which joins the distance
         to it there."""
         away = self._chords[1][[0, -1]] - x[:, None]
-        along, off = np.einsum("mkc,mc->mk", away, ray), np.abs(_cross(away, ray[:, None]))
+        along, off = np.einsum("mkc,mc->mk", away, ray), np.abs(cross(away, ray[:, None]))
         return np.asarray(np.where(off[:, 0] < off[:, 1], along[:, 0], along[:, 1]))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 @dataclass(frozen=True)

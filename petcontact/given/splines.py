@@ -6,6 +6,7 @@ import functools
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 
 from ..arrays import Array
 from ..errors import InputError
@@ -38,7 +39,7 @@ class Spline(Given):
     rough = False
 
     def values(self, sites: Sites) -> Array:
-        table = self.source.table
+        table = self._table
         dim = table.shape[1] - 1
         if dim != sites.x.shape[1] - 1:
             names = "3 columns (x, y, value)" if dim == 1 else "2 columns (x, value)"
@@ -55,6 +56,11 @@ class Spline(Given):
                 )
         return np.asarray(self._spline(*inside.T))
 
+    @functools.cached_property
+    def _table(self) -> Array:
+        """The columns of places and of values."""
+        return np.asarray(self.source.table)
+
     @property
     def _spline(self) -> Callable[..., Array]:
         """The function of the columns of places."""
@@ -63,7 +69,7 @@ class Spline(Given):
     @functools.cached_property
     def _fitted(self) -> tuple[Callable[..., Array], float]:
         """The function, and its sum of squared distances."""
-        table, smooth = self.source.table, self.source.smooth
+        table, smooth = self._table, self.source.smooth
         places, given = table[:, :-1], table[:, -1]
         fit = _curve(*table.T) if len(table.T) == 2 else _surface(self.key, *table.T)
 
@@ -73,7 +79,7 @@ class Spline(Given):
         return smoothest(fit, away, smooth, len(given))
 
     def noise_at(self, x: Array, reach: float) -> Noise:
-        places, *values = self.source.table.T
+        places, *values = self._table.T
         if len(values) > 1:
             return Noise()
         own, squares = self._fitted
@@ -95,27 +101,23 @@ class Spline(Given):
 
 
 def _curve(x: Array, y: Array) -> Fit:
-    from scipy import interpolate  # its import takes long, and most problems have no points
-
     def fit(squares: float) -> Callable[..., Array]:
         if not squares:
-            through: Callable[..., Array] = interpolate.make_interp_spline(x, y)
+            through: Callable[..., Array] = scipy.interpolate.make_interp_spline(x, y)
             return through
-        near: Callable[..., Array] = quiet(interpolate.UnivariateSpline, x, y, s=squares)
+        near: Callable[..., Array] = quiet(scipy.interpolate.UnivariateSpline, x, y, s=squares)
         return near
 
     return fit
 
 
 def _surface(key: str, x: Array, y: Array, z: Array) -> Fit:
-    from scipy import interpolate
-
     lines = [np.unique(column) for column in (x, y)]
     order = np.lexsort((y, x))
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
     if len(grid) == len(z) and np.array_equal(np.column_stack([x, y])[order], grid):
         values = z[order].reshape(len(lines[0]), len(lines[1]))
-        build = interpolate.RectBivariateSpline
+        build = scipy.interpolate.RectBivariateSpline
         return lambda squares: quiet(build, *lines, values, s=squares).ev
     places = np.column_stack([x, y])
     if len(np.unique(places, axis=0)) < len(z) or np.linalg.matrix_rank(places - places[0]) < 2:
@@ -124,10 +126,10 @@ def _surface(key: str, x: Array, y: Array, z: Array) -> Fit:
     def fit(squares: float) -> Callable[..., Array]:
         if squares:
             near: Callable[..., Array] = quiet(
-                interpolate.SmoothBivariateSpline, x, y, z, s=squares
+                scipy.interpolate.SmoothBivariateSpline, x, y, z, s=squares
             ).ev
             return near
-        through = interpolate.RBFInterpolator(places, z, kernel="quintic", degree=2)
+        through = scipy.interpolate.RBFInterpolator(places, z, kernel="quintic", degree=2)
         return lambda u, v: through(np.column_stack([u, v]))
 
     return fit

@@ -83,14 +83,11 @@ def shape_of(tool: Any, axial: bool) -> Shape:
     InputError
         If the problem has no such shape, or it is not one of revolution in an axial problem.
     """
+    head = f"obstacle {tool.name!r}: "
     try:
         return BUILT[tool.shape](tool, axial)
-    except InputError as error:
-        raise InputError(
-            f"obstacle {tool.name!r}: {error}".replace(
-                f"obstacle {tool.name!r}: obstacle {tool.name!r}: ", f"obstacle {tool.name!r}: "
-            )
-        ) from None
+    except InputError as error:  # that of a centre begins with the name already
+        raise InputError(f"{head}{str(error).removeprefix(head)}") from None
 
 
 def _ball(tool: Any, axial: bool) -> Shape:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
+from ..geometry.arcs import turn_between
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.panels.edges import SMOOTH, TOGETHER, edges
 from ..round_off import SINGLE
@@ -88,10 +89,7 @@ def corners_of(mesh: Any) -> Corners:
     normal = mesh.on_elements(np.arange(mesh.n_elements), np.array([-1.0, 1.0]))[1]
     ends = normal[..., ::-1] * [-1.0, 1.0]
     arriving, leaving = ends[before, 1], ends[:, 0]
-    turn = np.arctan2(
-        arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0],
-        np.sum(arriving * leaving, axis=1),
-    )
+    turn = turn_between(arriving, leaving)
     chosen = np.flatnonzero((np.abs(turn) > SMOOTH) | (mesh.part != mesh.part[before]))
     return Corners(
         mesh.start[chosen][:, None].repeat(2, axis=1),

@@ -25,6 +25,8 @@ from .records import StepResult, WearHistory, step_ends
 from .report import Accuracy, Finding, Provenance
 
 T = TypeVar("T")
+NOWHERE = ("", "")
+"""Body and part of the primary of a pair that has none, as that with an obstacle."""
 LEAST_SLIP = 1e-3
 """Smallest slip that errors are compared with, over the displacement by the tractions, or of the
 whole body."""
@@ -133,7 +135,7 @@ class Evaluated:
         for k, (name, pair) in enumerate(step.pairs.items()):
             if self.sides[name][0] == body:
                 states[self.nodes[name]] = 3 * k + pair.state
-            owner, _, part = self.primaries.get(name, "").partition(".")
+            owner, part = self.primaries.get(name, NOWHERE)
             if owner == body:
                 nodes = mesh.nodes_of(part)
                 states[nodes] = (
@@ -146,12 +148,12 @@ class Evaluated:
         """The problem as it was solved, without its config."""
         return self.problem.posed
 
-    @property
-    def primaries(self) -> dict[str, str]:
-        """body.part of the primary side of each interface between bodies."""
+    @functools.cached_property
+    def primaries(self) -> dict[str, tuple[str, str]]:
+        """Body and part of the primary side of each interface between bodies, as `sides`."""
         names = [body.name for body in self.posed.bodies]
         return {
-            side.name: f"{names[side.primary[0]]}.{side.primary[1]}"
+            side.name: (names[side.primary[0]], side.primary[1])
             for side in self.posed.interfaces
             if side.primary is not None and not side.is_condition
         }

@@ -17,7 +17,7 @@ from ..contact.law_protocol import OPEN
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SINGLE, SOLVED, first_largest
 from .contact_zones import areas, between_nodes, hidden_slip
-from .evaluated import Evaluated
+from .evaluated import NOWHERE, Evaluated
 from .number import DISPLACEMENT, ENERGY, Number
 from .peaks import stress_peaks
 from .records import PairResult, StepResult
@@ -123,7 +123,7 @@ class _OfStep:
         """Return the mesh, the nodes, the result and the compliance of a pair, as for `areas`."""
         solution, (body, _) = self._solution, self._solution.sides[name]
         materials = {each.name: each.material for each in solution.problem.body}
-        owners = {body, solution.primaries.get(name, "").partition(".")[0]} & set(materials)
+        owners = {body, solution.primaries.get(name, NOWHERE)[0]} & set(materials)
         compliance = sum(
             (1.0 - materials[each].plane_strain_ratio) / materials[each].shear_modulus
             for each in owners

@@ -10,7 +10,7 @@ from ..arrays import Array
 from ..contact.law_protocol import OPEN
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import first_largest
-from .evaluated import Evaluated
+from .evaluated import NOWHERE, Evaluated
 from .records import BodyResult, StepResult
 
 DEPTHS = np.array([0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.6])
@@ -46,9 +46,9 @@ def _below_contacts(solution: Evaluated, body: str, step: StepResult) -> Iterato
     """Points below the closed part of each contact of a body."""
     dim = solution.meshes[body].dim
     for name, pair in step.pairs.items():
-        secondary, owner = solution.sides[name][0], solution.primaries.get(name, "").partition(".")
+        secondary, owner = solution.sides[name][0], solution.primaries.get(name, NOWHERE)[0]
         closed = np.flatnonzero(pair.state != OPEN)
-        if body not in (secondary, owner[0]) or not len(closed):
+        if body not in (secondary, owner) or not len(closed):
             continue
         sign = -1.0 if body == secondary else 1.0
         every = max(1, len(closed) // ACROSS[dim] ** (dim - 1))

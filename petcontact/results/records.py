@@ -301,6 +301,13 @@ def shares_of_states(step: int, factor: float, origin: float | None) -> dict[int
     return shares | {step: factor}
 
 
+def weights_of(shares: dict[int, float], count: int) -> Array:
+    """Return the weights (count,) of all load states, from the shares of some by their number."""
+    weights = np.zeros(count)
+    weights[[*shares]] = [*shares.values()]
+    return weights
+
+
 @dataclass(frozen=True)
 class WearHistory:
     """Wear over cycles, at the ends of those that were computed.

@@ -34,7 +34,7 @@ from ..refinement.panels.edges import SMOOTH
 from ..refinement.singular_points import kinds_seen
 from ..round_off import SINGLE
 from .corners import Corners, corners_of
-from .evaluated import Evaluated
+from .evaluated import NOWHERE, Evaluated
 from .place import SHARE, Place
 from .records import StepResult
 from .touching import (
@@ -87,7 +87,7 @@ class _Body:
             if (pair := step.pairs.get(posed.name)) is None or posed.periodic:
                 continue
             secondary, faced = solution.sides[posed.name]
-            partner, _, part = solution.primaries.get(posed.name, "").partition(".")
+            partner, part = solution.primaries.get(posed.name, NOWHERE)
             if secondary == name:
                 nodes, rows, faced = solution.nodes[posed.name], np.arange(len(pair.x)), part
             elif partner == name:

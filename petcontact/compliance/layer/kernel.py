@@ -19,9 +19,9 @@ import numpy as np
 from ...arrays import Array, Index, Mask, ranked
 from ...bem.kelvin2d.moments import powers
 from ...bem.operators import BoundaryOperators
+from ...geometry.arcs import cross
 from ...mesh.basis import gauss, product_weights
 from ...mesh.curve_mesh import CurveMesh, as_curve
-from ...mesh.pairs.clipping import cross
 
 FAR_POINTS, NEAR_POINTS = 4, 12
 """Numbers of Gauss points in addition to the order of an element: for the kernel at distant points,

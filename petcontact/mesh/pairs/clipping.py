@@ -8,13 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array, Index
+from ...geometry.arcs import cross
 from ...round_off import ROUNDED
 from ..basis import gauss
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Return a_1 b_2 - a_2 b_1 of vectors (..., 2)."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def clip(subject: Array, clipper: Array) -> Array:

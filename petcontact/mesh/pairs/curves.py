@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...geometry.arcs import arc_lengths, half_angles, on_arcs
+from ...geometry.arcs import arc_lengths, cross, half_angles, on_arcs
 from ...round_off import WRITTEN
 from ..basis import gauss
 from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along
@@ -199,11 +199,9 @@ def _crossings(x: Array, direction: Array, curves: Curves) -> tuple[Array, Array
     chord = curves.end - curves.start
     away = curves.start[None] - x[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        across = direction[:, None, 0] * chord[:, 1] - direction[:, None, 1] * chord[:, 0]
-        t = (away[..., 0] * chord[:, 1] - away[..., 1] * chord[:, 0]) / across
-        fraction = (
-            away[..., 0] * direction[:, None, 1] - away[..., 1] * direction[:, None, 0]
-        ) / across
+        across = cross(direction[:, None], chord)
+        t = cross(away, chord) / across
+        fraction = cross(away, direction[:, None]) / across
     # the normal of a straight line is its chord turned by -90°
     facing = direction[:, None, 0] * chord[:, 1] - direction[:, None, 1] * chord[:, 0] < 0.0
     t, fraction = (np.where(facing, values, np.nan) for values in (t, fraction))
@@ -246,8 +244,8 @@ def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
     chord, length = curves.end - curves.start, curves.chord
     away = x[:, None] - curves.start[None]
     fraction = np.einsum("mkc,kc->mk", away, chord) / length**2
-    distance = (away[..., 0] * chord[:, 1] - away[..., 1] * chord[:, 0]) / length
-    against = normal[:, None, 0] * chord[:, 1] - normal[:, None, 1] * chord[:, 0] < 0.0
+    distance = cross(away, chord) / length
+    against = cross(normal[:, None], chord) < 0.0
     bent = np.flatnonzero(curves.curvature)
     if len(bent):
         offset, bend = x[:, None] - curves.centre[bent], curves.curvature[bent]

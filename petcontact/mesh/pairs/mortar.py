@@ -63,7 +63,8 @@ def projection(
         signed = np.minimum.reduceat(weight, start) < 0.0
     # equal elements are projected together, those that face something only in part one by one
     alike = np.column_stack([count, nodes, signed, np.where(whole, -1, np.arange(len(start)))])
-    rows = columns = [np.empty(0, dtype=np.int64)]
+    rows = [np.empty(0, dtype=np.int64)]
+    columns = [np.empty(0, dtype=np.int64)]
     entries = [np.empty(0)]
     for points, p, negative, one in np.unique(alike, axis=0).tolist():
         chosen = np.flatnonzero((alike == (points, p, negative, one)).all(axis=1))
@@ -73,8 +74,8 @@ def projection(
         sign = np.sign(weight[place]) if negative else None
         inverse = _inverses(factor, sign, secondary.x[node], one < 0) * root[place][:, None, :]
         kept = inverse.any(axis=(1, 2))
-        rows = [*rows, np.broadcast_to(node[kept, :, None], inverse[kept].shape).ravel()]
-        columns = [*columns, np.broadcast_to(place[kept, None], inverse[kept].shape).ravel()]
+        rows.append(np.broadcast_to(node[kept, :, None], inverse[kept].shape).ravel())
+        columns.append(np.broadcast_to(place[kept, None], inverse[kept].shape).ravel())
         entries.append(inverse[kept].ravel())
     triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
     project = scipy.sparse.csr_array(triples, shape=(secondary.n_nodes, len(element)))

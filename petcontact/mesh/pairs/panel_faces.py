@@ -12,11 +12,12 @@ import numpy as np
 
 from ... import native
 from ...arrays import Array, Index, Mask
+from ...geometry.arcs import cross
 from ...geometry.quadratic import position
 from ...round_off import SINGLE, SUMMED, WRITTEN
 from ..curved.panels import CurvedPanels
 from ..panels import Panels
-from .clipping import area, cross, fan_rule, shared
+from .clipping import area, fan_rule, shared
 from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along
 
 BENT = 1e-2

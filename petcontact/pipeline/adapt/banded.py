@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...contact.state import Start
 from ...fields.boundary.places import located, sizes
+from ...geometry.arcs import cross
 from ...geometry.charts import Chart, chart_of
 from ...geometry.rotation import SPACE
 from ...given.interfaces import PosedInterface
@@ -215,7 +216,7 @@ class Bands:
         across /= np.linalg.norm(across, axis=1, keepdims=True)
         way = np.gradient(places, axis=0)
         # the faces look at one another: what is right-handed on one is left-handed on the other
-        turned = across[:, 0] * way[:, 1] - across[:, 1] * way[:, 0]
+        turned = cross(across, way)
         across = np.where(turned[:, None] > 0.0, across, -across)
         return [band, replace(band, points=places, across=across)]
 

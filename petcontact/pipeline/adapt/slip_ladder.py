@@ -58,8 +58,8 @@ class Slip(Strategy):
         self.differences: list[float] = []
         self.wanted, self.asked = self.accuracy, True
         self._shown: list[list[ContactLine]] = []
+        self._before: Solution | None = None
         self._last: Solution | None = None
-        self._tractions = math.nan
         self._body: GradedOutline | None = None
 
     @property
@@ -118,9 +118,8 @@ class Slip(Strategy):
             self.differences.append(
                 difference(self._shown[-1], lines) / displacement_scale(solution)
             )
-            self._tractions = traction_difference(self._last, solution).inside
         self._shown.append(lines)
-        self._last = solution
+        self._before, self._last = self._last, solution
 
     @property
     def estimate(self) -> float:
@@ -146,10 +145,13 @@ class Slip(Strategy):
                 f"{self._body.outline.sides[side].part!r} at s = {along:.6g}"
             }
         zones, *before = (transition_zones(self._body, shown) for shown in self._shown[:-3:-1])
+        tractions = math.nan
+        if self._before is not None and self._last is not None:
+            tractions = traction_difference(self._before, self._last).inside
         return {
             "zones": [dataclasses.astuple(zone) for zone in zones],
             "zone_errors": zone_errors(zones, before[0] if before else []),
-            "tractions": self._tractions,
+            "tractions": tractions,
             **differ,
         }
 

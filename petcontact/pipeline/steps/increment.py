@@ -23,7 +23,7 @@ from ...errors import SolverError
 from ...geometry.rotation import Motions
 from ...given.interfaces import Law, PosedInterface
 from ...given.posed import HOLD, WHOLE_LOAD, Obstacle, Step
-from ...results.records import shares_of_states
+from ...results.records import shares_of_states, weights_of
 from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
 from ...runtime.ranks import agreed_reason
 from ..judge.between_nodes import Sampling, places_between
@@ -324,10 +324,8 @@ class Increment:
     @functools.cached_property
     def shares(self) -> Array:
         """Weights of the load states, (K,)."""
-        shares = np.zeros(len(self.problem.system.base))
-        for state, share in shares_of_states(self.number, self.target, self.origin).items():
-            shares[state] = share
-        return shares
+        shares = shares_of_states(self.number, self.target, self.origin)
+        return weights_of(shares, len(self.problem.system.base))
 
     @functools.cached_property
     def law(self) -> ContactLaw:

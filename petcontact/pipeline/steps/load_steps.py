@@ -15,7 +15,7 @@ from ...arrays import Array
 from ...bem.boundary_data import BoundaryData
 from ...geometry.rotation import Axial, Motions
 from ...given.posed import Step
-from ...results.records import StepResult
+from ...results.records import StepResult, weights_of
 from ...results.solution import Solution
 from ...runtime.signals import answering
 from ..eliminate import eliminated
@@ -322,10 +322,7 @@ def _places(problem: PreparedProblem, done: StepResult) -> tuple[Array, Array]:
 def _preload(problem: PreparedProblem, done: StepResult, name: str) -> tuple[float, float]:
     """Return the overlap that the preload of an interface has brought about, and the force."""
     face = next(face for face in problem.system.interfaces if face.name == name)
-    shares = np.zeros(len(problem.system.base))
-    for state, share in done.shares.items():
-        shares[state] = share
-    pair = done.pairs[name]
+    pair, shares = done.pairs[name], weights_of(done.shares, len(problem.system.base))
     return pair.overlap - given_overlap(face, shares), float(pair.weight @ pair.pressure)
 
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...geometry.arcs import cross
 from ...geometry.quadratic import QuadraticCells, on_side, samples
 from ...geometry.surface import Boundary, BoxSurface
-from ...mesh.pairs.clipping import cross
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import least_pieces
 from .axes import sides

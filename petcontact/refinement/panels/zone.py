@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Mask, States
-from ...mesh.pairs.clipping import cross
+from ...geometry.arcs import cross
 from ...round_off import SINGLE
 
 STRAY = 0.1

@@ -14,6 +14,7 @@ from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import label, plain
 from ..data import SolutionData
+from ..evaluated import NOWHERE
 from ..vtu.inside import filled_bodies
 from ..vtu.places import Places, small_triangles
 from .bands import UNKNOWN, band_colours, beyond, cut
@@ -281,7 +282,6 @@ def contact_normals(solution: SolutionData, body: str) -> list[Array]:
     """Outward normals of a body times areas on its interfaces, (m, 3) each, where they are in
     contact, or anywhere."""
     result = []
-    primary = {name: side.partition(".")[0] for name, side in solution.primaries.items()}
     for name, pair in solution.pairs.items():
         closed = (
             pair.state != OPEN
@@ -289,7 +289,8 @@ def contact_normals(solution: SolutionData, body: str) -> list[Array]:
             else np.ones(len(pair.weight), dtype=bool)
         )
         area = (pair.weight[:, None] * pair.normal)[closed]
-        sides = (1.0, solution.sides[name][0]), (-1.0, primary.get(name))
+        owner = solution.primaries.get(name, NOWHERE)[0]
+        sides = (1.0, solution.sides[name][0]), (-1.0, owner)
         result += [sign * area for sign, one in sides if one == body]
     return result
 

@@ -21,6 +21,7 @@ from ...runtime.atomic_write import write_text
 from ...runtime.figure_style import label, png
 from ...runtime.terminal import printable
 from ..data import SolutionData
+from ..evaluated import NOWHERE
 from ..records import PairResult, StepResult, step_ends
 from ..vtu.boundary import traction_error
 from ..vtu.inside import field_inside, filled_bodies, grid_inside
@@ -152,12 +153,12 @@ def _apart(solution: SolutionData) -> dict[str, list[float]]:
     around, as those of a pin do.
     """
     names = list(solution.meshes)
-    primary = {name: side.partition(".")[0] for name, side in solution.primaries.items()}
     rows, motions = [np.ones(len(names))], [np.zeros(3)]
     for name, pair in solution.pairs.items():
         mean = pair.weight @ pair.normal / pair.weight.sum()
-        if primary.get(name) in names:
-            body = names.index(solution.sides[name][0]), names.index(primary[name])
+        owner = solution.primaries.get(name, NOWHERE)[0]
+        if owner in names:
+            body = names.index(solution.sides[name][0]), names.index(owner)
             rows.append(np.eye(len(names))[body[0]] - np.eye(len(names))[body[1]])
             motions.append(-np.pad(mean, (0, 3 - len(mean))))
     found = np.linalg.lstsq(np.array(rows), np.array(motions), rcond=None)[0]
