@@ -27,7 +27,7 @@ from petcontact.contact.methods.registry import method_of
 from petcontact.contact.system import ContactSystem, Surrogate
 from petcontact.model.problem import Problem
 from petcontact.pipeline.run import prepare
-from petcontact.pipeline.steps.load_steps import first_increment
+from petcontact.pipeline.steps.step_loop import first_increment
 from petcontact.runtime.petsc import petsc
 
 Array = np.ndarray

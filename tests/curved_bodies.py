@@ -8,7 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from petcontact.mesh.curved.panels import CurvedPanels, make_curved_panels
+from petcontact.mesh.curved.curved_panels import CurvedPanels, make_curved_panels
 
 GOLDEN = 0.5 * (1.0 + 5.0**0.5)
 TIPS = np.array([(0, a, b * GOLDEN) for a in (-1, 1) for b in (-1, 1)])

@@ -11,7 +11,7 @@ from kelvin_oracle import kelvin
 from petcontact.arrays import Array
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.geometry.quadratic import REFERENCE
-from petcontact.mesh.curved.panels import CurvedPanels
+from petcontact.mesh.curved.curved_panels import CurvedPanels
 from petcontact.mesh.panels import Panels, make_panels, monomials, rule_points
 
 Kernels = tuple[Callable[[Array, Array, float], tuple[Array, Array]], ...]

@@ -21,8 +21,8 @@ from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.run import prepare
 from petcontact.pipeline.steps.increment import Increment
-from petcontact.pipeline.steps.load_steps import first_increment
 from petcontact.pipeline.steps.start import first_iterate
+from petcontact.pipeline.steps.step_loop import first_increment
 
 
 def operators(problem: Problem, number: int = 0) -> BoundaryOperators:

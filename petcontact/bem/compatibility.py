@@ -12,7 +12,7 @@ from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side
 from ..geometry.rotation import lifted
 from ..geometry.surface import Boundary
-from ..given.bodies import Body, Loads
+from ..given.body_data import Body, Loads
 from ..given.conditions import Condition, Contact, Displacement, Periodic
 from ..given.sites import Sites
 from ..round_off import SINGLE

@@ -44,8 +44,8 @@ add_arguments = options(
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Run, print, write; exit status 0 however the contenders fare."""
-    from ..compare.report import csv_text, markdown, write_figures
-    from ..compare.run import RHOS, Trial, compare, named_contenders
+    from ..compare.comparison_tables import csv_text, markdown, write_figures
+    from ..compare.side_by_side import RHOS, Trial, compare, named_contenders
     from ..runtime.atomic_write import write_text
     from ..runtime.terminal import StatusLine
     from ..runtime.world import world

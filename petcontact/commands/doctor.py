@@ -14,7 +14,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print the findings; 0 if petcontact works here, 1 if something is broken."""
-    from ..doctor.findings import gather, judge
+    from ..doctor.facts import gather, judge
 
     if petsc_words:
         raise InputError(f"{petsc_words[0]}: doctor takes no PETSc options")

@@ -58,10 +58,10 @@ add_arguments = options(
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print and write; needs no PETSc."""
     from ..runtime.atomic_write import check_target, write_text
+    from ..sweep.report.formats import csv_text, markdown, write_parquet
     from ..sweep.report.page import html
     from ..sweep.report.pivot import asked_about, make_tables, names_in
-    from ..sweep.report.plots import parse_plot, write_plots
-    from ..sweep.report.text import csv_text, markdown, write_parquet
+    from ..sweep.report.sweep_plots import parse_plot, write_plots
     from ..sweep.store.case_table import read_case_table
 
     if arguments.figures and not arguments.plot:

@@ -14,7 +14,7 @@ import scipy
 from ..arrays import Array, Index
 from ..geometry.rotation import lifted
 from ..mesh.pairs.mortar import rounded
-from .body.base import ElasticBody
+from .body.eliminated import ElasticBody
 
 
 @dataclass(frozen=True)

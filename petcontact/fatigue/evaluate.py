@@ -15,9 +15,9 @@ from ..results.data import SolutionData
 from ..results.peaks import stress_name
 from ..results.records import below
 from ..runtime.hints import demand_name
-from .cycle import Sites, cycle_of, parts_in_contact, sites_of
 from .parameters import PARAMETERS
 from .ruiz import ruiz_sites
+from .stress_cycle import Sites, cycle_of, parts_in_contact, sites_of
 
 RUIZ = {"ruiz-1": 0, "ruiz-2": 1}
 """Places of the values among those of `ruiz_sites`."""

@@ -18,8 +18,8 @@ from ..contact.friction_law import lengths
 from ..results.data import SolutionData
 from ..results.evaluated import NOWHERE
 from ..results.records import PairResult, StepResult
-from .cycle import Sites
 from .smallest_ball import smallest_ball
+from .stress_cycle import Sites
 
 
 def slip_from_the_middle(slip: Array) -> Array:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from .revolved.surface import RevolvedSurface
+from .revolved.turned_surface import RevolvedSurface
 from .round_surfaces import CylinderSurface
 from .surface import BOX_PARTS, BoxSurface, face_axes
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from .interfaces import Law
+from .interface_data import Law
 from .sites import Sites
 from .values import Given
 

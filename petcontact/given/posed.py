@@ -9,8 +9,8 @@ from typing import Any, Literal, Protocol
 
 from ..geometry.rotation import Motions
 from ..geometry.surface import Boundary
-from .bodies import Body
-from .interfaces import PosedInterface
+from .body_data import Body
+from .interface_data import PosedInterface
 from .tables.solver_options import Bem, Method
 
 

@@ -18,7 +18,7 @@ from ..geometry.rotation import PLANE, Motions
 from .basis import COINCIDE, gauss, lagrange, legendre
 from .boundary_mesh import Batch, BoundaryMesh
 from .elements import Elements, Targets
-from .pairs.curves import Curves
+from .pairs.intersections import Curves
 
 
 @dataclass(frozen=True)

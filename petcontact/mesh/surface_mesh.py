@@ -17,7 +17,7 @@ from ..geometry.rotation import SPACE, Motions
 from ..geometry.surface import CUTS
 from .basis import COINCIDE
 from .boundary_mesh import Batch, BoundaryMesh
-from .curved.panels import CurvedPanels, make_curved_panels
+from .curved.curved_panels import CurvedPanels, make_curved_panels
 from .curved.smooth_normals import smooth_normals
 from .pairs.panel_faces import PanelFaces
 from .panels import Panels, make_panels, monomials, reference_nodes

@@ -15,11 +15,11 @@ from ..errors import InputError
 from ..geometry.outline import Outline
 from ..geometry.surface import Boundary
 from ..given import splines  # noqa: F401 (it registers a kind of datum)
-from ..given.interfaces import FRICTION, PLACED, Law, PosedInterface
+from ..given.interface_data import FRICTION, PLACED, Law, PosedInterface
 from ..given.values import Given, as_given
 from ..runtime.hints import demand_name
 from .bodies import Contact, Pair, Periodic, names_of, part_name
-from .summary import value_text
+from .description import value_text
 
 
 def posed_interfaces(problem: Any) -> tuple[PosedInterface, ...]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ..given import bodies, conditions
-from ..given.interfaces import Law
+from ..given import body_data, conditions
+from ..given.interface_data import Law
 from ..given.values import Given, as_given
 from .bodies import Body, Contact, Displacement, Periodic, Symmetry, Traction
 from .load_steps import Step, condition_after
@@ -16,7 +16,7 @@ from .onward import at_rest
 
 def posed_body(
     number: int, body: Body, laws: Mapping[str, Law], steps: Sequence[Step]
-) -> bodies.Body:
+) -> body_data.Body:
     """Return a body of a problem with the changes of its steps.
 
     `laws` are those of its contact conditions, by part.
@@ -30,7 +30,7 @@ def posed_body(
     names = (body.name, None) if number == 0 else (body.name,)
     steps = steps or (Step(),)
     first, conditions_of_steps = _conditions(body, names, steps)
-    return bodies.Body(
+    return body_data.Body(
         number,
         body.name,
         body.material,
@@ -75,7 +75,7 @@ def _conditions(
 
 def _loads_of_steps(
     body: Body, names: Sequence[str | None], steps: Sequence[Step]
-) -> Iterator[bodies.Loads]:
+) -> Iterator[body_data.Loads]:
     """The loads of the volume of a body at the end of each step."""
     loads = body.loads or NO_LOADS
     for step in steps:
@@ -87,13 +87,13 @@ def _loads_of_steps(
         yield _loads(body.name, loads)
 
 
-def _forces_of_steps(body: Body, steps: Sequence[Step]) -> Iterator[list[bodies.PointForce]]:
+def _forces_of_steps(body: Body, steps: Sequence[Step]) -> Iterator[list[body_data.PointForce]]:
     """The forces at points of a body at the end of each step."""
     forces = list(body.point_force)
     for step in steps:
         given = {change.name: change.force for change in step.point_force}
         forces = [f.model_copy(update={"force": given.get(f.name, f.force)}) for f in forces]
-        yield [bodies.PointForce(f.at, f.force) for f in forces]
+        yield [body_data.PointForce(f.at, f.force) for f in forces]
 
 
 def _condition(
@@ -125,9 +125,9 @@ def _vector(values: Sequence[Any] | None, key: str) -> tuple[Given, ...]:
     return tuple(as_given(value, f"{key}[{c}]") for c, value in enumerate(values or ()))
 
 
-def _loads(name: str, loads: VolumeLoads) -> bodies.Loads:
+def _loads(name: str, loads: VolumeLoads) -> body_data.Loads:
     key = f"body {name!r}: loads"
-    return bodies.Loads(
+    return body_data.Loads(
         _vector(loads.acceleration, f"{key}.acceleration"),
         _vector(loads.force, f"{key}.force"),
         as_given(loads.temperature, f"{key}.temperature"),

@@ -12,12 +12,12 @@ import pydantic
 import tomli_w
 
 from ..errors import InputError
+from ..geometry.condensed_surface import CondensedSurface
 from ..geometry.meridian import meridian
 from ..geometry.outline import as_outline
-from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary
-from ..given import bodies as given_bodies
-from ..given.interfaces import PosedInterface
+from ..given import body_data
+from ..given.interface_data import PosedInterface
 from ..given.posed import Posed
 from ..given.tables.base import Finite, Model
 from ..given.tables.material import Material
@@ -37,6 +37,7 @@ from .bodies import (
     Traction,
 )
 from .cycle import Cycle, check_cycle, cycle_steps
+from .description import html_table, summary
 from .interfaces import check_pairs, posed_interfaces, within_reach
 from .load_steps import Step, changed_condition, changed_obstacles, check_step, check_until
 from .loads import PointForce, VolumeLoads, check_material
@@ -45,7 +46,6 @@ from .posed_bodies import posed_body
 from .posing import posed
 from .shapes.files import Gmsh
 from .shapes.plane import SideBySide
-from .summary import html_table, summary
 from .torsion import is_twisted, with_third_components
 
 if TYPE_CHECKING:
@@ -339,7 +339,7 @@ class Problem(Setting):
         return bodies.index(name), part
 
     @functools.cached_property
-    def bodies(self) -> tuple[given_bodies.Body, ...]:
+    def bodies(self) -> tuple[body_data.Body, ...]:
         """The bodies with their conditions and loads at the end of each step, as functions of the
         place."""
         laws = [

@@ -11,12 +11,12 @@ import numpy as np
 from ..arrays import Array
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
-from ..compliance.bodies import BodiesSystem
-from ..compliance.body.base import ElasticBody
 from ..compliance.body.dense import DenseBody
+from ..compliance.body.eliminated import ElasticBody
 from ..compliance.body.superelement import SuperelementBody
+from ..compliance.reduced_bodies import BodiesSystem
 from ..errors import InputError, SolverError
-from ..geometry.superelement import CondensedSurface
+from ..geometry.condensed_surface import CondensedSurface
 from ..given.tables.solver_options import Bem
 from .choice import (
     LARGEST,

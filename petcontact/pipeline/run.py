@@ -33,9 +33,9 @@ from .pose.discretise import Discrete, discretise
 from .steps.cycles import wear_history
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
-from .steps.load_steps import increments
 from .steps.path import GROWTH, WANTED, divided_load, with_fewer, with_paths
 from .steps.start import finished_before, first_iterate
+from .steps.step_loop import increments
 
 
 def prepare(

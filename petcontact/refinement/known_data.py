@@ -16,7 +16,7 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST
-from ..given.bodies import Body, Loads
+from ..given.body_data import Body, Loads
 from ..given.conditions import Condition, Contact, Term
 from ..given.features import MOST_FEATURES
 from ..given.lines import OWN_SAMPLES, Line, lines_of

@@ -18,7 +18,7 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST, TOLERANCE, inside
-from ..given.bodies import Body
+from ..given.body_data import Body
 from ..given.conditions import Contact
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..geometry.outline import Outline, Side
-from ..given.bodies import Body
+from ..given.body_data import Body
 from ..given.conditions import (
     Condition,
     Contact,
@@ -19,7 +19,7 @@ from ..given.conditions import (
     Symmetry,
     Traction,
 )
-from ..given.interfaces import Law
+from ..given.interface_data import Law
 from ..mesh.grading import at_ends, turn
 from ..round_off import SINGLE
 from .corner_exponents import (

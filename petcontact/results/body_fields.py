@@ -11,14 +11,14 @@ import numpy as np
 
 from ..arrays import Array, Index, shown
 from ..bem.kernel import COMPONENTS
-from ..bem.particular.inside import InsideLoads
+from ..bem.particular.loaded_inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
 from ..fields.boundary.places import best_places, located, sizes
-from ..fields.boundary.stress import BoundaryField
+from ..fields.boundary.surface_stress import BoundaryField
 from ..fields.interior import InteriorField, Progress, points_in, stress_across
 from ..fields.stress_state import StressState
-from ..given.bodies import Body
+from ..given.body_data import Body
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import SINGLE
 from ..runtime.hints import demand_name, nearest

@@ -20,6 +20,7 @@ from ..given.tables.units import Units
 from ..mesh.storage import read_mesh, write_mesh
 from ..model.problem import Problem
 from .data import SolutionData
+from .format.accuracy import read_report, write_findings
 from .format.checks import (
     check_fields,
     check_group,
@@ -30,9 +31,8 @@ from .format.checks import (
 )
 from .format.container import opened, write_atomically
 from .format.descriptions import FIELDS
-from .format.numbers import read_numbers, write_numbers
-from .format.report import read_report, write_findings
-from .format.wear import read_wear, write_wear
+from .format.number_tables import read_numbers, write_numbers
+from .format.wear_table import read_wear, write_wear
 from .records import BodyResult, ObstacleResult, PairResult, StepResult
 from .report import as_json
 

@@ -11,7 +11,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..geometry.rotation import lifted
-from ..given.interfaces import Law
+from ..given.interface_data import Law
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
 from ..refinement.panels.edges import SMOOTH

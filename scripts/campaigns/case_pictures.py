@@ -10,7 +10,7 @@ from PIL import Image
 from verification.cases.measures import exact_values
 
 from petcontact.mesh.curve_mesh import CurveMesh
-from petcontact.results.figures import plane, space
+from petcontact.results.figures import plane_figures, space
 from petcontact.results.figures.finite import end_at_corners
 from petcontact.results.figures.model import draw_model
 from petcontact.runtime.figure_style import label, legend_beside, save
@@ -83,8 +83,8 @@ def draw_curves(figure, solution, case):
     pair, axes = solution.pairs[name], figure.add_subplot()
     order = np.argsort(pair.arc_length)
     s, units = pair.arc_length[order], solution.problem.units
-    plane._shaded(axes, solution, name)
-    plane._window(axes, [pair])
+    plane_figures._shaded(axes, solution, name)
+    plane_figures._window(axes, [pair])
     shear = np.linalg.norm(pair.sigma_t, axis=1)
     found = {"pressure": pair.pressure}
     if shear.max(initial=0.0) > 1e-9 * np.abs(pair.pressure).max(initial=1.0):

@@ -11,9 +11,9 @@ from shapes import drawn, elastic, problem
 
 from petcontact import Box, Material, Polygon, Rectangle, SideBySide
 from petcontact.bem.particular.fit import fitted, points_in
+from petcontact.bem.particular.polynomial_solution import particular_solution
 from petcontact.bem.particular.polynomials import BodyBox, total_degrees, values
-from petcontact.bem.particular.solution import particular_solution
-from petcontact.refinement.meshes import mesh_of
+from petcontact.refinement.body_meshes import mesh_of
 
 
 def random(rng, d, degree):

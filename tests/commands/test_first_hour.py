@@ -14,7 +14,7 @@ import pytest
 from petcontact import Circle, Material, solve
 from petcontact.commands.main import main
 from petcontact.commands.parsers import COMMANDS
-from petcontact.compare.run import named_contenders
+from petcontact.compare.side_by_side import named_contenders
 from petcontact.errors import EXTRAS, InputError, installed_by
 
 ROOT = Path(__file__).parents[2]

@@ -12,7 +12,7 @@ from examples import example
 
 from petcontact import Contact, InputError, MeshOptions
 from petcontact.commands.options import positives
-from petcontact.compare.run import CONTENDERS, compare
+from petcontact.compare.side_by_side import CONTENDERS, compare
 
 ROOT = Path(__file__).parents[2]
 

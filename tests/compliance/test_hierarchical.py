@@ -10,7 +10,7 @@ import pytest
 from prepared import Posed
 
 from petcontact import InputError, SolverError, load
-from petcontact.compliance.hierarchical.posed import Balance
+from petcontact.compliance.hierarchical.linear_problem import Balance
 from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.contact.linearisation import Linearisation
 from petcontact.runtime.petsc import petsc

@@ -24,7 +24,7 @@ from petcontact import (
     solve,
 )
 from petcontact.commands.main import main
-from petcontact.pipeline.superelement import condensed_body
+from petcontact.pipeline.condensation import condensed_body
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from marks import slow
 
-from petcontact.compression.hmatrix import build
+from petcontact.compression.hmatrix import construction
 from petcontact.compression.hmatrix.block_tree import block_tree, cluster
 from petcontact.compression.hmatrix.entries import block
 from petcontact.compression.hmatrix.matrix import HMatrix
@@ -124,8 +124,8 @@ def test_sums_over_groups_are_those_of_the_entries():
 
 def test_blocks_that_are_not_of_low_rank_are_divided_and_at_last_kept_whole(monkeypatch):
     kernel, tree = prepared("block")
-    monkeypatch.setattr(build, "MOST_CROSSES", 6)
-    monkeypatch.setattr(build, "KNOWN", 3000)
+    monkeypatch.setattr(construction, "MOST_CROSSES", 6)
+    monkeypatch.setattr(construction, "KNOWN", 3000)
     compressed = HMatrix(kernel, tree, block_tree(tree), 1e-5, (0, N))
     assert compressed.largest_rank <= 6
     exact = all_of(kernel)
@@ -167,17 +167,17 @@ def test_a_build_that_is_broken_off_ends_soon(monkeypatch):
 
         def __call__(self, tiles):
             made.append(1)
-            return build.Chunk(tiles[:1], np.zeros(1, dtype=np.int64), np.zeros(1))
+            return construction.Chunk(tiles[:1], np.zeros(1, dtype=np.int64), np.zeros(1))
 
     def broken(share):
         raise KeyboardInterrupt
 
     kernel, tree = prepared("block")
     monkeypatch.setattr(kernel, "compiled", (0, 0), raising=False)
-    monkeypatch.setattr(build, "_Builder", Slow)
+    monkeypatch.setattr(construction, "_Builder", Slow)
     with pytest.raises(KeyboardInterrupt):
-        build.build_blocks(
-            kernel, tree, block_tree(tree), (0, N), 1e-3, build.Layout(np.float32), 2, broken
+        construction.build_blocks(
+            kernel, tree, block_tree(tree), (0, N), 1e-3, construction.Layout(np.float32), 2, broken
         )
     # each of the 16 pieces would make one before it finds out; those that wait make none
     assert len(made) <= 16 < len(block_tree(tree).row)

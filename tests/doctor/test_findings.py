@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from petcontact.doctor.findings import gather, judge
+from petcontact.doctor.facts import gather, judge
 
 ROOT = Path(__file__).parents[2]
 HEALTHY = {

@@ -14,12 +14,12 @@ from smooth_field import STEEL, boundary_data, exact, meshed
 from petcontact import Contact, Cylinder, Material, MeshOptions, Polygon, Problem, Sphere
 from petcontact.bem.kernel import tensor_components
 from petcontact.fields.boundary.places import best_places, located
-from petcontact.fields.boundary.stress import BoundaryField
+from petcontact.fields.boundary.surface_stress import BoundaryField
 from petcontact.fields.interior import field_at
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
-from petcontact.refinement.meshes import mesh_of
+from petcontact.refinement.body_meshes import mesh_of
 from petcontact.results.body_fields import BodyFields
 from petcontact.results.records import BodyResult
 

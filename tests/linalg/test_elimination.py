@@ -11,7 +11,7 @@ from prepared import filled, operators
 
 from petcontact import Contact, MeshOptions, SolverError, Traction
 from petcontact.compliance.body.dense import DenseBody
-from petcontact.linalg.elimination import Elimination
+from petcontact.linalg.dense_elimination import Elimination
 from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.runtime.petsc import options

@@ -16,7 +16,7 @@ from petcontact.model.case import set_key
 from petcontact.model.toml_text import DEEPEST
 from petcontact.pipeline import choice
 from petcontact.pipeline.run import prepare
-from petcontact.refinement.meshes import mesh_of
+from petcontact.refinement.body_meshes import mesh_of
 
 
 def many_sided(sides, **mesh):

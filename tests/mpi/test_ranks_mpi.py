@@ -20,7 +20,7 @@ import numpy as np
 from examples import example
 from mpi4py import MPI
 from petcontact import MeshOptions, operators, solve
-from petcontact.compare.run import compare
+from petcontact.compare.side_by_side import compare
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.rho_rules import Modified

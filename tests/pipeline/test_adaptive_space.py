@@ -15,7 +15,7 @@ from petcontact import adapt, solve
 from petcontact.pipeline.adapt import budget, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
-from petcontact.pipeline.pose.interfaces import body_alone
+from petcontact.pipeline.pose.body_parts import body_alone
 
 
 def hertz():

@@ -31,8 +31,8 @@ from petcontact.compliance.body.dense import DenseRows
 from petcontact.contact.active_set import pivots as newton
 from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.run import prepare, run
-from petcontact.pipeline.steps import load_steps
 from petcontact.pipeline.steps import path as paths
+from petcontact.pipeline.steps import step_loop
 from petcontact.results import data
 from petcontact.results import solution as solutions
 from petcontact.runtime.signals import Interrupted, deferred, install
@@ -145,7 +145,7 @@ def interrupted(folder, monkeypatch, capsys, config, *words):
     return read_result("r.h5"), capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("module", "where"), [(load_steps, "step_result"), (solutions, "verdict")])
+@pytest.mark.parametrize(("module", "where"), [(step_loop, "step_result"), (solutions, "verdict")])
 def test_a_signal_after_the_iteration_keeps_the_solution(
     tmp_path, monkeypatch, capsys, module, where
 ):
@@ -153,7 +153,7 @@ def test_a_signal_after_the_iteration_keeps_the_solution(
     not ended one second after the signal."""
     with monkeypatch.context() as patch:
         signals(patch, module, where)
-        if module is load_steps:
+        if module is step_loop:
             patch.setattr(data, "with_errors", lambda _: pytest.fail("numbers"))
         kept, said = interrupted(tmp_path, patch, capsys, CONFIGS / "example1.toml", SIZE)
     assert "interrupted by SIGTERM; the solution is saved in r.h5" in said
@@ -171,7 +171,7 @@ def test_a_signal_breaks_off_another_path(tmp_path, monkeypatch, capsys):
 
 
 def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch):
-    original, made = load_steps.with_wear, []
+    original, made = step_loop.with_wear, []
 
     def failing(*words, **keys):
         if len(made) == 3:
@@ -179,7 +179,7 @@ def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch)
         made.append(original(*words, **keys))
         return made[-1]
 
-    monkeypatch.setattr(load_steps, "with_wear", failing)
+    monkeypatch.setattr(step_loop, "with_wear", failing)
     coarse = {f"body.{b}.mesh": {"element_size": 0.5} for b in (0, 1)}
     solution = solve(load(CONFIGS / "fretting.toml", coarse))
     assert solution.status == "failed" and "nothing to keep" in solution.reason
@@ -190,7 +190,7 @@ def test_a_signal_in_the_elimination_of_a_later_step_keeps_the_steps_before(
     tmp_path, monkeypatch, capsys
 ):
     """At once: what is built has nothing to keep."""
-    signals(monkeypatch, load_steps, "eliminated", ends=True)
+    signals(monkeypatch, step_loop, "eliminated", ends=True)
     # the second step frees what the first one held
     steps = load_step("press") + load_step("let go", upper={"top": ["free", -0.02]})
     (tmp_path / "stack.toml").write_text(BLOCKS[: BLOCKS.index("[[step]]")] + steps)

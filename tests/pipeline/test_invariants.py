@@ -21,7 +21,7 @@ from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.methods.registry import method_of
 from petcontact.pipeline.run import prepare
-from petcontact.pipeline.steps.load_steps import first_increment
+from petcontact.pipeline.steps.step_loop import first_increment
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 

@@ -15,7 +15,7 @@ from petcontact import (
     solve,
     write_solution,
 )
-from petcontact.model.summary import condition_text
+from petcontact.model.description import condition_text
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 

@@ -11,7 +11,7 @@ import pytest
 from marks import some
 from shapes import drawn, elastic, moved, problem, rectangle, solid
 
-import petcontact.pipeline.operators as module
+import petcontact.pipeline.public_operators as module
 from petcontact import (
     InputError,
     load,

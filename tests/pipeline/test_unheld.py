@@ -12,7 +12,7 @@ import pytest
 from shapes import cuboid, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import load, solve
-from petcontact.pipeline.steps import load_steps
+from petcontact.pipeline.steps import step_loop
 from petcontact.pipeline.steps.increment import HALVINGS, Increment
 
 EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
@@ -57,8 +57,8 @@ def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, incre
     """One solve in all, at the least load that is tried, where Coulomb's cone holds none of it; no
     load between that and the whole one is looked at."""
     calls, solver = [], Increment.solved
-    looked, look = set(), load_steps.is_unbalanced
-    monkeypatch.setattr(load_steps, "is_unbalanced", lambda i: looked.add(i.target) or look(i))
+    looked, look = set(), step_loop.is_unbalanced
+    monkeypatch.setattr(step_loop, "is_unbalanced", lambda i: looked.add(i.target) or look(i))
     monkeypatch.setattr(
         Increment, "solved", lambda self, monitor=None: calls.append(1) or solver(self, monitor)
     )

@@ -23,4 +23,4 @@ def test_from_solve_to_algorithm_1_there_are_six_calls():
     way = ways[0]
     calls = way[way.index("solve") :]
     assert len(calls) - 1 <= 6
-    assert list(dict.fromkeys(calls[:-1])) == ["solve", "run", "load_steps", "increment"]
+    assert list(dict.fromkeys(calls[:-1])) == ["solve", "run", "step_loop", "increment"]

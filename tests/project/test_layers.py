@@ -39,8 +39,8 @@ PROTOCOL = ("contact", "contact.system", {"mesh", "bem", "compliance", "fields"}
 """A folder, the only module of it that others may know, and these others."""
 BELOW_THE_DOOR = ["mesh", "contact", "bem", "compliance", "fields", "refinement", "pipeline"]
 """Folders that know a problem as it is posed, by numbers and functions of the place."""
-KNOW_THE_CONFIG = """pipeline.solve pipeline.run pipeline.operators pipeline.pose.discretise
-    pipeline.pose.interfaces pipeline.pose.as_posed pipeline.adapt.loop pipeline.adapt.level_solver
+KNOW_THE_CONFIG = """pipeline.solve pipeline.run pipeline.public_operators pipeline.pose.discretise
+    pipeline.pose.body_parts pipeline.pose.as_posed pipeline.adapt.loop pipeline.adapt.level_solver
     pipeline.adapt.fixed_mesh"""
 """Files among them that import `model`: the doors. The list may only shrink."""
 ANY_MODULE = {"sweep.quantities"}

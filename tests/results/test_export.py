@@ -22,7 +22,7 @@ from petcontact.results.figures.view import view_of
 from petcontact.results.records import BodyResult
 from petcontact.results.tables import write_tables
 from petcontact.results.vtu.boundary import write_boundary_vtu
-from petcontact.results.vtu.inside import field_inside, grid_inside, write_vtu
+from petcontact.results.vtu.inner_fields import field_inside, grid_inside, write_vtu
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 

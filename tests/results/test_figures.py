@@ -16,11 +16,11 @@ from petcontact.fields.boundary.places import best_places
 from petcontact.given.tables.units import Units
 from petcontact.mesh.curve_building import build_mesh
 from petcontact.model.shapes.plane import Rectangle
-from petcontact.results.figures import curves, plane
+from petcontact.results.figures import curves, plane_figures
 from petcontact.results.figures.hoop import hoop_stress
 from petcontact.results.figures.outline_curves import outlines
 from petcontact.results.figures.plots import drawings
-from petcontact.results.figures.stress import draw_von_mises
+from petcontact.results.figures.stress_figure import draw_von_mises
 from petcontact.results.figures.view import view_of
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.number import Number
@@ -85,7 +85,7 @@ def test_a_path_that_returns_has_a_hysteresis(solution):
 
 
 def test_a_single_curve_has_its_symbol_and_axes_have_their_units(solution):
-    axes = drawn(plane.draw_displacement, solution).axes[0]
+    axes = drawn(plane_figures.draw_displacement, solution).axes[0]
     assert axes.get_xlabel() == "arc length along bottom [mm]"
     assert axes.get_ylabel() == "tangential displacement [mm]"
     assert axes.lines[0].get_label() == "$u_t$"
@@ -93,7 +93,7 @@ def test_a_single_curve_has_its_symbol_and_axes_have_their_units(solution):
 
 def test_a_view_that_is_wanted_has_its_magnification_and_holds_the_body(solution):
     view = view_of(solution, factor=7.0)
-    axes = drawn(partial(plane.draw_deformed, view=view), solution).axes[0]
+    axes = drawn(partial(plane_figures.draw_deformed, view=view), solution).axes[0]
     low, high = np.transpose([axes.get_xlim(), axes.get_ylim()])
     assert np.all(low < view.low) and np.all(high > view.high)
     assert view.text == "displacements × 7"

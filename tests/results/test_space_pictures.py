@@ -17,13 +17,13 @@ from shapes import closing, moved, problem, solid, touching
 from petcontact import solve
 from petcontact.commands.main import main
 from petcontact.contact.law_protocol import OPEN, STICK
+from petcontact.results.figures.cuts import grid_of, outline_of, plane_of
 from petcontact.results.figures.plots import drawings, plot_on
-from petcontact.results.figures.section import grid_of, outline_of, plane_of
 from petcontact.results.figures.space import draw_gap, draw_normal
-from petcontact.results.figures.surface import best_view
+from petcontact.results.figures.surface_figure import best_view
 from petcontact.results.figures.view import Chart
 from petcontact.results.vtu.boundary import write_boundary_vtu
-from petcontact.results.vtu.places import small_triangles
+from petcontact.results.vtu.spread_points import small_triangles
 from petcontact.results.vtu.vtkhdf import write_vtkhdf
 
 LOOP = {"foot": [1, 0], "side": [1, 1], "top": [0, 1], "axis": [0, 0]}

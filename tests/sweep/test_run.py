@@ -16,7 +16,7 @@ from sweep_files import quietly, sweep_file, sweep_of
 
 from petcontact import load_case, load_sweep
 from petcontact.errors import InputError, OutputError, ResultError, SolverError
-from petcontact.linalg.elimination import Elimination
+from petcontact.linalg.dense_elimination import Elimination
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import solve
 from petcontact.sweep import problems

@@ -11,7 +11,7 @@ from random_revolution import random_revolution
 from shapes import closing, drawn, elastic, moved, problem, rectangle, rollers, solid, touching
 
 from petcontact import InputError, adapt, operators, solve
-from petcontact.pipeline.superelement import condensed_body
+from petcontact.pipeline.condensation import condensed_body
 
 E, NU = 100.0, 0.3
 LOADED = {**elastic(E, NU), "density": 2.0, "thermal_expansion": 1e-3}

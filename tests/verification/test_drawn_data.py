@@ -8,8 +8,8 @@ from cosine_blocks import Block
 from drawn_data import compared, drawn
 
 from petcontact import Box, Displacement, Material, MeshOptions, Obstacle, Pair, Problem, solve
-from petcontact.pipeline.pose.interfaces import body_alone
-from petcontact.refinement.meshes import mesh_of
+from petcontact.pipeline.pose.body_parts import body_alone
+from petcontact.refinement.body_meshes import mesh_of
 from petcontact.refinement.panels.data_lines import data_lines, with_data_lines
 
 

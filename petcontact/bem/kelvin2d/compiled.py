@@ -16,7 +16,7 @@ from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ..column_fillers import CompiledFiller
 from ..kernel import ColumnData
-from .arcs import MIDDLE, Arcs, counts, series
+from .arc_elements import MIDDLE, Arcs, counts, series
 from .moments import RULES
 
 NODES, POINTS, TIERS, SERIES = 6, 24, 8, 48

@@ -23,7 +23,7 @@ import numpy as np
 from ...arrays import Array, Complex
 from ...mesh.basis import gauss, lagrange
 from ...mesh.elements import Elements
-from ...mesh.pairs.curves import Curves
+from ...mesh.pairs.intersections import Curves
 from .kernel import Kelvin2D
 
 TERMS = 44

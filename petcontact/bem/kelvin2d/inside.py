@@ -20,7 +20,7 @@ from ... import native
 from ...arrays import Array, Complex, Index
 from ...mesh.basis import gauss
 from ...mesh.elements import Elements, Targets
-from .arcs import Arcs
+from .arc_elements import Arcs
 from .compiled import element_members, point_members
 from .integrals import shape_of
 from .segments import Segments

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from ...arrays import Array
 from ...mesh.elements import Elements, Targets
-from .arcs import Arcs
+from .arc_elements import Arcs
 from .compiled import element_members, integrated
 from .segments import Segments
 

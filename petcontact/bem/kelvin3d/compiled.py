@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import native
 from ...arrays import Array, Index
-from ...mesh.curved.panels import CurvedPanels, reference_rule
+from ...mesh.curved.curved_panels import CurvedPanels, reference_rule
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ..column_fillers import CompiledFiller

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
-from ...mesh.curved.panels import CurvedPanels
+from ...mesh.curved.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
 from .compiled import compiled_integrals
 from .rules import MOST_POINTS, tolerance_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
-from ...mesh.curved.panels import CurvedPanels
+from ...mesh.curved.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
 from ..kernel import Kernel
 from .compiled import compiled_field

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...mesh.basis import gauss
-from ...mesh.curved.panels import CurvedPanels, reference_rule
+from ...mesh.curved.curved_panels import CurvedPanels, reference_rule
 from ...mesh.panels import Panels
 from ...round_off import SOLVED
 

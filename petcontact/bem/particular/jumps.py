@@ -22,7 +22,7 @@ from ...mesh.curve_mesh import CurveMesh
 from ...mesh.ring_mesh import RingMesh
 from ...round_off import SOLVED
 from ..kernels import kernel_for
-from .solution import ParticularSolution
+from .polynomial_solution import ParticularSolution
 
 LINES = 97
 """Lines of the grid along each direction on which pieces are told apart. A border is an arc in each

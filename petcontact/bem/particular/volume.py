@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import InputError
 from ...geometry.rotation import lifted
-from ...given.bodies import NO_RISE, Body, Loads
+from ...given.body_data import NO_RISE, Body, Loads
 from ...given.sites import Sites
 from ...given.tables.material import Material
 from ...given.values import Given
@@ -21,9 +21,9 @@ from ...mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ...round_off import CHAINED
 from .fit import GRID, fitted, points_in, winding
 from .jumps import JumpingSolution, Pieces, pieces_of
+from .polynomial_solution import ParticularSolution, particular_solution
 from .polynomials import BodyBox, padded, values
-from .rings import RingBox
-from .solution import ParticularSolution, particular_solution
+from .revolved_solution import RingBox
 
 BOXES: dict[type, Any] = {RingMesh: RingBox, TwistedRingMesh: RingBox}
 """Class of the box by the kind of a mesh, where it is not `BodyBox`."""

@@ -16,7 +16,7 @@ from ...mesh.basis import gauss
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ..column_fillers import CompiledFiller
-from ..kelvin2d.arcs import resolving_points
+from ..kelvin2d.arc_elements import resolving_points
 from ..kelvin2d.compiled import add_points, curve_columns, element_members, integrated, rule_of
 from ..kernel import ColumnData
 

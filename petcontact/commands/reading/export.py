@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         kind = (".vtkhdf",), "must end in .vtkhdf, by which ParaView recognises the format"
         check_output(arguments.vtkhdf, *kind, [arguments.result])
     if arguments.superelement:
-        from ...pipeline.superelement import superelement_format
+        from ...pipeline.condensation import superelement_format
 
         superelement_format(arguments.superelement)
         check_target(Path(arguments.superelement), replace=True, inputs=[arguments.result])
@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 
 def _superelement(arguments: argparse.Namespace, solution: Any, petsc_words: list[str]) -> None:
-    from ...pipeline.superelement import condensed_body
+    from ...pipeline.condensation import condensed_body
     from ...runtime.world import world
 
     comm = world(petsc_words)

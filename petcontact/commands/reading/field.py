@@ -94,7 +94,7 @@ add_arguments = options(
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
     from ...results.body_fields import quantities
-    from ...results.figures.stress import deformed_figure
+    from ...results.figures.stress_figure import deformed_figure
     from ...results.vtu.revolve import check_revolved
     from ...runtime.hints import demand_name
     from ...sweep.store.case_table import read_case
@@ -227,7 +227,7 @@ def one_field(
 ) -> dict[str, Any]:
     """Write the field of a body at the end, and say how large its stress is; the field by body."""
     from ...results.peaks import largest_at
-    from ...results.vtu.inside import field_inside, grid_inside, write_vtu
+    from ...results.vtu.inner_fields import field_inside, grid_inside, write_vtu
 
     mesh = solution.meshes[name]
     field = field_inside(solution, grid_inside(mesh, resolution, box), name, progress=progress)

@@ -12,11 +12,11 @@ from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData
 from ...bem.dense_assembly import fill_dense
 from ...bem.operators import BoundaryOperators
-from ...linalg.elimination import Elimination
+from ...linalg.dense_elimination import Elimination
 from ...linalg.row_layout import even_ranges
 from ...runtime.petsc import stage
-from .base import ElasticBody, gauge
 from .conditioning import forward_error, known_solution
+from .eliminated import ElasticBody, gauge
 
 
 class DenseBody(ElasticBody):

@@ -16,8 +16,8 @@ from ...linalg.dense_matrix import on_memory
 from ...linalg.dense_solver import direct_solver
 from ...runtime.petsc import stage
 from ..contact_compliance import ContactCompliance, MakeSurrogate
-from .base import ElasticBody
 from .dense import DenseRows
+from .eliminated import ElasticBody
 
 
 class FullBody(ElasticBody):

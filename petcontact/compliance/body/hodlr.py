@@ -19,7 +19,7 @@ from ...given.tables.solver_options import Bem
 from ...linalg.row_layout import everywhere, summed
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
-from .base import ElasticBody, gauge
+from .eliminated import ElasticBody, gauge
 from .hodlr_operators import CompressedOperators
 
 COLUMNS = 128

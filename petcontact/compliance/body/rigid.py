@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...bem.operators import BoundaryOperators
-from .base import ElasticBody
+from .eliminated import ElasticBody
 
 
 class RigidBody(ElasticBody):

@@ -22,14 +22,14 @@ import scipy
 from ...arrays import Array
 from ...bem.operators import BoundaryOperators
 from ...errors import InputError
-from ...geometry.superelement import CondensedSurface, expect
+from ...geometry.condensed_surface import CondensedSurface, expect
+from ...linalg.dense_elimination import PREFIX
 from ...linalg.dense_solver import DenseSolver
-from ...linalg.elimination import PREFIX
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.panels import linear_shapes, reference_nodes
 from ...round_off import HALF
 from ...runtime.petsc import petsc
-from .base import ElasticBody
+from .eliminated import ElasticBody
 
 
 @dataclass(frozen=True)

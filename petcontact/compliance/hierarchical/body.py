@@ -12,11 +12,11 @@ from ...bem.operators import BoundaryOperators
 from ...given.tables.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
-from ..body.base import ElasticBody
+from ..body.eliminated import ElasticBody
 from ..interface import ContactMaps, Interface
+from .contact_system import MonolithicBodies
 from .joint import JointBodies
 from .rows import CompressedRows, CondensedRows
-from .system import MonolithicBodies
 
 
 class HierarchicalBody(ElasticBody):

@@ -25,7 +25,7 @@ import scipy
 
 from ...arrays import Array, Index
 from ...errors import InputError
-from ..body.base import ElasticBody
+from ..body.eliminated import ElasticBody
 from ..interface import ContactMaps, Interface
 from .rows import BodyRows
 

@@ -22,7 +22,7 @@ from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
 from .coupling import Coupling, Relation
 from .krylov import FlexibleKrylov
-from .posed import Balance, Posed, State
+from .linear_problem import Balance, Posed, State
 from .preconditioner import Preconditioner
 from .rows import BodyRows
 

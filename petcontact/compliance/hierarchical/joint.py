@@ -12,11 +12,11 @@ from ...arrays import Array
 from ...contact.system import Linearisation, Modes, RigidModeConstraint
 from ...round_off import SOLVED
 from ...runtime.petsc import stage
-from ..body.base import ElasticBody
+from ..body.eliminated import ElasticBody
 from ..interface import ContactMaps, Interface
 from .coupling import Coupling, Relation
 from .equations import MixedEquations
-from .posed import Balance, Posed, State
+from .linear_problem import Balance, Posed, State
 from .rows import BodyRows
 
 RTOL = 1e-9

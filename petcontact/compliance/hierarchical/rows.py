@@ -20,7 +20,7 @@ from ...runtime.memory import physical_memory
 from ...runtime.ranks import mpi
 from ...runtime.signals import breaking_point, together
 from ...runtime.threads import threads_per_rank
-from ..body.base import ElasticBody, gauge
+from ..body.eliminated import ElasticBody, gauge
 
 LEAF = 32
 """Number of nodes of the smallest clusters."""

@@ -11,7 +11,7 @@ import numpy as np
 from ... import native
 from ...arrays import Array, Index
 from .block_tree import Blocks, Clusters
-from .build import FULL, Chunk, Layout, build_blocks
+from .construction import FULL, Chunk, Layout, build_blocks
 from .entries import Entries, block
 
 _multiply = native.function("petcontact_hmatrix_multiply", "ipi" + "ppp")

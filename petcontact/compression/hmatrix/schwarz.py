@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ... import native
 from ...arrays import Array, Index, Mask
-from .build import FULL
+from .construction import FULL
 
 Single = NDArray[np.float32]
 FEW = 0.35

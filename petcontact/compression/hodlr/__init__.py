@@ -2,7 +2,7 @@
 entries, `factor` factorises the result."""
 
 from .factor import factor
-from .matrix import HODLR, compress
+from .hodlr_matrix import HODLR, compress
 from .translations import Stretch
 
 __all__ = ["HODLR", "Stretch", "compress", "factor"]

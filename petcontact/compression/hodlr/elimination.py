@@ -11,8 +11,8 @@ import scipy
 
 from ...arrays import Array, Index
 from .block_batches import Batches, Block
-from .levels import TOGETHER, Stack, TreeLevel
 from .translations import Cluster
+from .tree_levels import TOGETHER, Stack, TreeLevel
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Array
 from .elimination import eliminate
-from .matrix import HODLR
+from .hodlr_matrix import HODLR
 
 
 def factor(matrix: HODLR, *, use_up: bool = False) -> Callable[[Array], Array]:

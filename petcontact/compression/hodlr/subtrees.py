@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from .elimination import FactorStack
-from .levels import Stack
+from .tree_levels import Stack
 from .workers import Workers
 
 CHUNK = 64  # right-hand sides that go through the tree together

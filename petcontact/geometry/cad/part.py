@@ -21,7 +21,7 @@ from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
 from ..surface import FacetSurface, SolidSurface
 from . import worker
-from .projection import projector
+from .onto_surfaces import projector
 
 LARGEST = 500_000_000
 """Bytes of a CAD file."""

@@ -15,7 +15,7 @@ import scipy
 from ...arrays import Array, Index
 from ...round_off import SINGLE
 from ..panels import monomial_slopes, monomials
-from .panels import CurvedPanels
+from .curved_panels import CurvedPanels
 
 SMOOTH = 0.9
 """Least cosine between normals of panels that meet on a smooth surface; a smaller one is an
@@ -35,7 +35,7 @@ def smooth_normals(groups: Sequence[CurvedPanels]) -> list[Array]:
     Examples
     --------
     >>> import numpy as np
-    >>> from petcontact.mesh.curved.panels import CurvedPanels
+    >>> from petcontact.mesh.curved.curved_panels import CurvedPanels
     >>> corners = np.eye(3)
     >>> middles = 0.5**0.5 * (corners + np.roll(corners, -1, axis=0))
     >>> octant = CurvedPanels(np.concatenate([corners, middles])[None], 0, np.array([0]))

@@ -16,7 +16,7 @@ from ..curve_building import build_mesh
 from ..curve_mesh import CurveMesh
 from .common_breakpoints import SideMesh
 from .contact_search import NEAR
-from .curves import Curves
+from .intersections import Curves
 from .ray_casting import along
 
 

@@ -10,7 +10,7 @@ from ...arrays import Mask
 from ...geometry.meridian import Meridian, TwistedMeridian
 from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary, BoxSurface
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ..boundary_mesh import BoundaryMesh
 from ..curve_mesh import CurveMesh
 from .box_faces import face_projection, grid_lines, mesh_of_lines

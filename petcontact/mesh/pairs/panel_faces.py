@@ -15,7 +15,7 @@ from ...arrays import Array, Index, Mask
 from ...geometry.arcs import cross
 from ...geometry.quadratic import position
 from ...round_off import SINGLE, SUMMED, WRITTEN
-from ..curved.panels import CurvedPanels
+from ..curved.curved_panels import CurvedPanels
 from ..panels import Panels
 from .clipping import area, fan_rule, shared
 from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along

@@ -22,7 +22,7 @@ def sag(faces: Faces) -> Array:
     Examples
     --------
     >>> import numpy as np
-    >>> from petcontact.mesh.pairs.curves import Curves
+    >>> from petcontact.mesh.pairs.intersections import Curves
     >>> turn = np.linspace(0.0, 2.0 * np.pi, 41)
     >>> points = np.column_stack([np.cos(turn), np.sin(turn)])
     >>> polygon = Curves(points[:-1], points[1:], np.zeros(40))

@@ -9,11 +9,11 @@ import pydantic
 from ...errors import InputError
 from ...geometry.cad.part import LARGEST as LARGEST_CAD
 from ...geometry.cad.part import CadSurface, cad_surface, is_cad
+from ...geometry.condensed_surface import LARGEST, CondensedSurface, read_superelement
 from ...geometry.gmsh import gmsh_outline, read_msh
 from ...geometry.gmsh_bodies import body_of
 from ...geometry.gmsh_surface import gmsh_surface, is_surface
 from ...geometry.outline import Outline
-from ...geometry.superelement import LARGEST, CondensedSurface, read_superelement
 from ...geometry.surface import FacetSurface
 from ...given.tables.base import Shape, regular_file
 

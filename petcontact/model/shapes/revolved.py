@@ -9,7 +9,7 @@ import numpy as np
 import pydantic
 
 from ...geometry.outline import Outline, oriented
-from ...geometry.revolved.surface import RevolvedSurface
+from ...geometry.revolved.turned_surface import RevolvedSurface
 from ...given.tables.base import Direction, Shape, SpacePoint
 from .plane import Circle, OutlineSide, loops_of
 

@@ -1,4 +1,4 @@
-/* Both kernels over circular arcs of any order: petcontact.bem.kelvin2d.arcs in C, with the same formulas; see there. */
+/* Both kernels over circular arcs of any order: petcontact.bem.kelvin2d.arc_elements in C, with the same formulas; see there. */
 
 #include "arcs.h"
 #include "straight.h"

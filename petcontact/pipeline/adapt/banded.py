@@ -14,7 +14,7 @@ from ...fields.boundary.places import located, sizes
 from ...geometry.arcs import cross
 from ...geometry.charts import Chart, chart_of
 from ...geometry.rotation import SPACE
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...refinement.panels.bands import LEVELS, banded

@@ -10,13 +10,13 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...geometry.surface import Boundary
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...refinement.known_data import gap_edges
-from ...refinement.panels.axes import at_edges, matched, sides
-from ...refinement.panels.marks import LONGER, facing, too_large
+from ...refinement.panels.cut_directions import at_edges, matched, sides
+from ...refinement.panels.panel_cuts import LONGER, facing, too_large
 from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.tail import FADE
 from ...results.solution import Solution

@@ -14,19 +14,19 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...given.conditions import Contact
 from ...given.posed import Posed
 from ...given.tables.solver_options import MeshOptions
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...refinement.meshes import mesh_of
-from ...refinement.panels.axes import sides
+from ...refinement.body_meshes import mesh_of
+from ...refinement.panels.cut_directions import sides
 from ...refinement.panels.data_lines import with_data_lines
-from ...refinement.panels.marks import LONGER, facing
+from ...refinement.panels.panel_cuts import LONGER, facing
 from ...refinement.panels.quartering import cut
 from ..judge.meshes import stiff_size
 from ..judge.thickness import SHARE, held_nodes, slenderness
-from ..pose.interfaces import body_alone
+from ..pose.body_parts import body_alone
 
 FIRST = 36
 """Approximate number of panels on a contact face of the first mesh; other faces have a quarter."""

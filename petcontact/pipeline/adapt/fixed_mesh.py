@@ -16,16 +16,16 @@ import numpy as np
 from ...errors import PetcontactError
 from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_building import build_mesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import as_surface
 from ...model.problem import Problem
+from ...refinement.body_meshes import mesh_of, resized
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.levels import LEAST_GAIN
 from ...refinement.marks import WEAK, GradedOutline
-from ...refinement.meshes import mesh_of, resized
 from ...refinement.singular_points import corner_exponents
 from ...results.evaluated import displacement_scale
 from ...results.report import Accuracy
@@ -34,7 +34,7 @@ from ..judge.findings import limit_of, new_finding
 from ..judge.remainders import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
-from ..steps.load_steps import known_factors
+from ..steps.step_loop import known_factors
 from .budget import says_something
 from .difference import difference, displacement_difference, unloaded
 from .slip_ladder import contact_lines

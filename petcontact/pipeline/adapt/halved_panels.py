@@ -7,13 +7,13 @@ from typing import Any
 from ...contact.state import Start
 from ...errors import InputError
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...given.posed import Posed
+from ...refinement.body_meshes import mesh_of, resized
 from ...refinement.levels import LEAST_GAIN, believed
 from ...refinement.marks import LevelMesh
-from ...refinement.meshes import mesh_of, resized
 from ...results.solution import Solution
-from ..pose.interfaces import body_alone
+from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
 from .budget import beyond_budget
 from .difference import displacement_difference

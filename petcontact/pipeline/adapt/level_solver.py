@@ -9,7 +9,7 @@ from typing import Any
 
 from ...errors import InaccurateOperator
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...results.records import StepResult
@@ -22,7 +22,7 @@ from ..judge.thickness import compactness
 from ..pose.discretise import Discrete, MeshMaker, discretise
 from ..run import prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
-from ..steps.load_steps import known_factors
+from ..steps.step_loop import known_factors
 from .budget import says_something
 from .fixed_mesh import FEW, MOST_ITERATIONS, by_newton
 from .strategy import Strategy

@@ -31,7 +31,7 @@ from ...runtime.signals import BrokenOff
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
-from ..pose.interfaces import check_parts
+from ..pose.body_parts import check_parts
 from ..run import described, prepare, reported, run, with_report
 from ..steps.increment import Monitor
 from ..steps.start import NAMES

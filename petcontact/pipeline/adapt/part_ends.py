@@ -15,7 +15,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...geometry.outline import Outline, Side
 from ...geometry.same_place import TOLERANCE, inside
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...given.lines import lines_of
 from ...given.values import Given
 from ...mesh.grading import at_ends, singular_ends, turn

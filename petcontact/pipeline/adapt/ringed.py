@@ -11,10 +11,10 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.state import Start
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...refinement.panels.patches import patches_of
+from ...refinement.panels.face_patches import patches_of
 from ...refinement.panels.rings import ringed, sector
 from ...refinement.panels.small_contact import SmallContact, overlapping_contact, small_contact
 from ...refinement.panels.zone import ContactEllipse, stick_of, zone_of

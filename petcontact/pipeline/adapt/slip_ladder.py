@@ -14,7 +14,7 @@ from ...bem.kernels import kernel_for
 from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...mesh.curve_mesh import as_curve
 from ...refinement.contact_line import (
     ContactLine,

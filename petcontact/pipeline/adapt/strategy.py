@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from ...contact.state import Start
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...refinement.marks import LevelMesh
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements

@@ -12,11 +12,11 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
-from ...refinement.panels.axes import directions
-from ...refinement.panels.marks import element_sizes, faded
+from ...refinement.panels.cut_directions import directions
+from ...refinement.panels.panel_cuts import element_sizes, faded
 from ...refinement.panels.tail import FADE, Tails, rim_distance
 from ...results.evaluated import displacement_scale
 from ...results.records import PairResult, StepResult, step_ends

@@ -13,20 +13,20 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...contact.state import Start
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
-from ...given.interfaces import PosedInterface
+from ...given.body_data import Body
+from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...refinement.marks import LevelMesh
-from ...refinement.panels.axes import halved
-from ...refinement.panels.marks import faded, largest, wider_than
+from ...refinement.panels.cut_directions import halved
+from ...refinement.panels.panel_cuts import faded, largest, wider_than
 from ...refinement.panels.small_contact import SmallContact
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panels
-from ..pose.interfaces import body_alone
+from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from .banded import Bands

@@ -13,7 +13,7 @@ from ...contact.laws import STEEP
 from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...given.posed import Posed
 from ...mesh.curve_mesh import as_curve
 from ...refinement.contact_edges import Edge, is_apart, merged, zone_at

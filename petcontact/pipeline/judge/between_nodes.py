@@ -12,9 +12,9 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index, Mask, States
-from ...compliance.bodies import Interface
+from ...compliance.reduced_bodies import Interface
 from ...contact.law_protocol import OPEN
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...given.sites import Sites
 from ...mesh.approximation import ACROSS, WITHIN
 from ...mesh.boundary_mesh import BoundaryMesh

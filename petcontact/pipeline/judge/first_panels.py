@@ -14,7 +14,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...geometry.surface import Boundary
-from ...given.bodies import NO_RISE
+from ...given.body_data import NO_RISE
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import sag

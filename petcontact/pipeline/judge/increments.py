@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Array
-from ...compliance.body.base import ElasticBody
+from ...compliance.body.eliminated import ElasticBody
 from ...results.records import StepResult
 from ...results.report import Finding
 from ...round_off import TINY, WRITTEN

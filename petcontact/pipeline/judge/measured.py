@@ -11,7 +11,7 @@ from ...contact.law_protocol import OPEN
 from ...geometry.noise import Noise
 from ...geometry.smooth_curve import SmoothSide
 from ...geometry.surface import Boundary
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...results.records import PairResult
 from ...results.report import Finding
 from .findings import limit_of, new_finding

@@ -8,10 +8,10 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...geometry.surface import Boundary
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.curved.panels import CurvedPanels
+from ...mesh.curved.curved_panels import CurvedPanels
 from ...results.report import Finding
 from ...round_off import WRITTEN
 from .findings import limit_of, new_finding

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, Index
-from ...compliance.bodies import BodiesSystem, Interface
+from ...compliance.reduced_bodies import BodiesSystem, Interface
 from ...contact.criterion import displaced_by
 from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState

@@ -16,15 +16,15 @@ from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import lifted
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...given.conditions import Condition, Term
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...given.sites import Sites
 from ...given.values import Given
 from ...mesh.approximation import Samples, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...refinement.panels.marks import element_sizes, faded
+from ...refinement.panels.panel_cuts import element_sizes, faded
 from ...results.records import PairResult
 from ...round_off import TINY
 from ..pose.load_states import samples_of_term, stand_ins

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...bem.boundary_data import half_extent, unit_motions
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...given.conditions import Displacement
 from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh

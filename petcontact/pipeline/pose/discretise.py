@@ -17,20 +17,21 @@ from ...compliance.interface import Interface
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import Tresca
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
-from ...given.interfaces import PosedInterface
+from ...given.body_data import Body
+from ...given.interface_data import PosedInterface
 from ...given.posed import WHOLE_LOAD, Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
 from ...mesh.pairs.matching import matched
 from ...model.load_steps import Step
 from ...model.problem import Problem
-from ...refinement.meshes import mesh_of
+from ...refinement.body_meshes import mesh_of
 from ...results.report import Finding
 from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
 from ..judge.findings import new_finding, refuse
 from ..judge.measured import followed_noise
 from ..judge.meshes import check_distances, check_meshes, check_stiffness, too_long_to_bend
+from .body_parts import body_alone, check_parts
 from .facing import (
     contact_interface,
     facings_of,
@@ -39,9 +40,8 @@ from .facing import (
     periodic_interface,
     untouched,
 )
-from .interfaces import body_alone, check_parts
-from .laws import Laws, laws_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
+from .nodal_laws import Laws, laws_between, wear_between, with_law
 
 POSED = ("body", "contact", "obstacle", "step")
 """Fields of a problem that determine the discrete one. The other fields are the method's."""

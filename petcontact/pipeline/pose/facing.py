@@ -14,14 +14,14 @@ from ...arrays import Array, Index, Mask
 from ...compliance.interface import Interface
 from ...errors import InputError
 from ...geometry.rotation import lifted
-from ...given.bodies import Body
-from ...given.interfaces import Law, PosedInterface
+from ...given.body_data import Body
+from ...given.interface_data import Law, PosedInterface
 from ...given.sites import Sites
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
-from ...refinement.panels.marks import LONGER
+from ...refinement.panels.panel_cuts import LONGER
 from ...results.numbers import maximum
 from ...results.report import Finding
 from ...round_off import ROUNDED, SINGLE, WRITTEN

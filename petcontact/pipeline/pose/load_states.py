@@ -18,14 +18,14 @@ from ...bem.boundary_data import (
     motion_name,
     without_rigid_motion,
 )
-from ...compliance.bodies import Interface
 from ...compliance.body.superelement import free_modes
 from ...compliance.interface import directions_looked_for
+from ...compliance.reduced_bodies import Interface
 from ...errors import InputError
 from ...fields.interior import InteriorField
+from ...geometry.condensed_surface import CondensedSurface
 from ...geometry.rotation import lifted
-from ...geometry.superelement import CondensedSurface
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...given.conditions import Condition, Displacement, Symmetry, Term
 from ...given.sites import Sites
 from ...mesh.approximation import MEAN, TOTAL, Samples, approximated, sampled

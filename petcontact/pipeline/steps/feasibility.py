@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...compliance.bodies import BodiesSystem
 from ...compliance.body.rigid import RigidBody
+from ...compliance.reduced_bodies import BodiesSystem
 from ...contact.methods.registry import method_of
 from ...errors import NoEquilibrium
 from ..choice import has_compressed
@@ -18,7 +18,7 @@ from ..pose.load_states import later_data
 from .diagnosis import is_unbalanced, unheld
 from .halves import PATH_ERROR
 from .increment import Increment, PreparedProblem
-from .load_steps import whole_step
+from .step_loop import whole_step
 
 
 def check_feasible(discrete: Discrete, comm: Any) -> None:

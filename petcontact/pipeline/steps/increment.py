@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...compliance.bodies import BodiesSystem
 from ...compliance.interface import Interface
+from ...compliance.reduced_bodies import BodiesSystem
 from ...contact.active_set.block_factors import BlockFactors
 from ...contact.criterion import Criterion, displaced_by
 from ...contact.iteration import ContactMethod, Iteration
@@ -21,7 +21,7 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...geometry.rotation import Motions
-from ...given.interfaces import Law, PosedInterface
+from ...given.interface_data import Law, PosedInterface
 from ...given.posed import HOLD, WHOLE_LOAD, Obstacle, Step
 from ...results.records import shares_of_states, weights_of
 from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import Array
-from ...compliance.bodies import Interface
+from ...compliance.reduced_bodies import Interface
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
 from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial
-from ...given.interfaces import Law
+from ...given.interface_data import Law
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ...results.report import Finding
 from ...round_off import HALF

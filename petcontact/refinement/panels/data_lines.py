@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.same_place import TOLERANCE, distinct
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, face_axes
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...given.features import kinks, uniform
 from ...given.sites import Sites
 from ...given.values import Given

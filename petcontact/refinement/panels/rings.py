@@ -15,8 +15,8 @@ from ...geometry.quadratic import QuadraticCells
 from ...geometry.round_surfaces import GRID
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SOLVED
+from .face_patches import Patch
 from .hanging import closed
-from .patches import Patch
 from .zone import STRIP, ContactEllipse
 
 CORE, SHRINK = 0.5, 0.4

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...mesh.surface_mesh import SurfaceMesh
-from .axes import sides, too_narrow
+from .cut_directions import sides, too_narrow
 
 NEIGHBOURS = 24
 """Number of nodes to whose gaps a parabola is fitted."""

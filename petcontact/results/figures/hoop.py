@@ -12,9 +12,9 @@ from ...fields.stress_state import StressState
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import label, legend_beside, plain
 from ..data import SolutionData
-from ..vtu.inside import filled_bodies
+from ..vtu.inner_fields import filled_bodies
 from .curves import headed, shown_ends
-from .plane import line
+from .plane_figures import line
 
 
 def draw_hoop(figure: Any, solution: SolutionData) -> None:

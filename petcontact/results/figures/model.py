@@ -12,10 +12,10 @@ from ...arrays import Array
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import legend_below, new_label, plain
 from ..data import SolutionData
-from ..vtu.inside import filled_bodies
+from ..vtu.inner_fields import filled_bodies
 from .model_in_space import draw_space
 from .outline_curves import outlines
-from .plane import BODIES, fit_height, place
+from .plane_figures import BODIES, fit_height, place
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
 from .surroundings import (
     LOAD,

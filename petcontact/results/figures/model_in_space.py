@@ -13,7 +13,15 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import wrapped
 from ..data import SolutionData
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
-from .surface import Sampled, best_view, draw_bodies, draw_nets, fit_axes, sampled, toward_eye
+from .surface_figure import (
+    Sampled,
+    best_view,
+    draw_bodies,
+    draw_nets,
+    fit_axes,
+    sampled,
+    toward_eye,
+)
 from .surroundings import LONG, size_of
 
 BELOW = 0.1

@@ -15,11 +15,11 @@ from ...runtime.figure_style import SIZE, save_all, style
 from ...runtime.hints import among, demand_name
 from ..data import SolutionData
 from ..records import PairResult, step_ends
-from ..vtu.inside import filled_bodies
-from . import plane, space, surface
+from ..vtu.inner_fields import filled_bodies
+from . import plane_figures, space, surface_figure
 from .curves import draw_history, draw_hysteresis, draw_motion, draw_wear, moves, returns
 from .hoop import draw_hoop
-from .stress import draw_von_mises
+from .stress_figure import draw_von_mises
 from .view import View
 
 FIRST = ("deformed", "surface", "normal", "traction")
@@ -124,17 +124,17 @@ OF_ALL: Drawings = {
 }
 OF_DIMENSION: dict[int, Drawings] = {
     2: {
-        "deformed": plane.draw_deformed,
-        "displacement": plane.draw_displacement,
-        "traction": plane.draw_traction,
-        "normal": plane.draw_normal,
-        "gap": plane.draw_gap,
-        "profiles": plane.draw_profiles,
+        "deformed": plane_figures.draw_deformed,
+        "displacement": plane_figures.draw_displacement,
+        "traction": plane_figures.draw_traction,
+        "normal": plane_figures.draw_normal,
+        "gap": plane_figures.draw_gap,
+        "profiles": plane_figures.draw_profiles,
         "stress": draw_von_mises,
         "hoop": draw_hoop,
     },
     3: {
-        "surface": surface.draw_surface,
+        "surface": surface_figure.draw_surface,
         "displacement": space.draw_displacement,
         "traction": space.draw_traction,
         "normal": space.draw_normal,
@@ -162,9 +162,9 @@ def plot_on(solution: SolutionData, place: Any = None, view: View | None = None)
             figure = pyplot.figure(figsize=SIZE, layout="constrained")
             place = plot_on(solution, figure, view)
             if dim == 2:
-                plane.fit_height(figure, place, beside=0.8, above=1.6)
+                plane_figures.fit_height(figure, place, beside=0.8, above=1.6)
             return place
     if hasattr(place, "add_subplot"):
         place = place.add_subplot(projection={2: None, 3: "3d"}[dim])
-    {2: plane.deformed_on, 3: surface.surface_on}[dim](place, solution, view)
+    {2: plane_figures.deformed_on, 3: surface_figure.surface_on}[dim](place, solution, view)
     return place

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...given.conditions import Traction
-from ...model.summary import condition_text, law_text
+from ...model.description import condition_text, law_text
 from ...runtime.figure_style import COLOURS, plain, wrapped
 from ..data import SolutionData
 

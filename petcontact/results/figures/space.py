@@ -13,11 +13,11 @@ from ...mesh.surface_mesh import as_surface
 from ...runtime.figure_style import STATES, draw_states, label, legend_below, plain
 from ..data import SolutionData
 from ..records import PairResult
-from ..vtu.places import small_triangles
-from .bands import band_colours, beyond
+from ..vtu.spread_points import small_triangles
+from .colour_bands import band_colours, beyond
 from .curves import along, headed, headed_end, shown_ends
 from .finite import shown_range
-from .surface import TRIANGLES
+from .surface_figure import TRIANGLES
 from .view import Chart
 
 ARROWS = 500

@@ -12,13 +12,13 @@ from ...arrays import Array, Index
 from ...runtime.figure_style import label
 from ..data import SolutionData
 from ..vtu.boundary import boundary_cells
-from ..vtu.inside import field_inside, filled_bodies, grid_inside, inside_cells
+from ..vtu.inner_fields import field_inside, filled_bodies, grid_inside, inside_cells
 from ..vtu.revolve import check_revolved, revolved
-from .bands import band_colours, beyond
+from .colour_bands import band_colours, beyond
 from .curves import headed_end
 from .model_in_space import BELOW
-from .stress import COARSE, largest_known
-from .surface import AZIMUTH, COLOUR_BAR, ELEVATION, Sampled, draw_bodies, fit_axes
+from .stress_figure import COARSE, largest_known
+from .surface_figure import AZIMUTH, COLOUR_BAR, ELEVATION, Sampled, draw_bodies, fit_axes
 from .view import View
 
 Part = tuple[Array, dict[str, Array], Index]

@@ -24,11 +24,11 @@ from ..data import SolutionData
 from ..evaluated import NOWHERE
 from ..records import PairResult, StepResult, step_ends
 from ..vtu.boundary import traction_error
-from ..vtu.inside import field_inside, filled_bodies, grid_inside
-from ..vtu.places import small_triangles
-from .bands import SIGNED, UNIFORM
+from ..vtu.inner_fields import field_inside, filled_bodies, grid_inside
+from ..vtu.spread_points import small_triangles
+from .colour_bands import SIGNED, UNIFORM
 from .plots import drawings
-from .surface import best_view
+from .surface_figure import best_view
 from .view import view_of
 
 TRIANGLES, CELLS, ALONG = 16_000, 60, 12

@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...errors import InputError
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import label, round_number
 from ..data import SolutionData

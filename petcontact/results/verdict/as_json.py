@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..data import SolutionData
-from ..format.numbers import plain
+from ..format.number_tables import plain
 from ..number import Number
 from .text import unit_of
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
+from ...model.description import value_text
 from ...model.problem import ONE_BODY
-from ...model.summary import value_text
 from ...round_off import WRITTEN
 from ...runtime.terminal import printable
 from ..number import ENERGY, Number
@@ -21,7 +21,7 @@ from ..numbers import maximum
 from ..records import PairResult, StepResult
 from .teller import AXIAL, Teller, label
 from .text import table, wrapped
-from .zones import zones_of
+from .zone_words import zones_of
 
 FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""

@@ -12,8 +12,8 @@ from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..report import Accuracy, Finding
+from .largest_stresses import peak_lines
 from .pairs import pair_lines
-from .peaks import peak_lines
 from .steps import progress_lines, reaction_lines, wear_lines
 from .teller import Teller
 from .text import wrapped

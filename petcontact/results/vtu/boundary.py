@@ -21,7 +21,7 @@ from ...runtime.figure_style import STATES
 from ..body_fields import BodyFields
 from ..data import SolutionData
 from ..records import BodyResult, StepResult
-from .places import vtk_cells
+from .spread_points import vtk_cells
 from .writing import unit_notes, write_mesh
 
 

@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 from ...runtime.atomic_write import write_text
 from ..data import SolutionData
 from .boundary import write_boundary_vtu
-from .inside import Window, fields_of_bodies, filled_bodies, grid_inside, within, write_vtu
+from .inner_fields import Window, fields_of_bodies, filled_bodies, grid_inside, within, write_vtu
 
 
 def write_collection(

@@ -21,7 +21,7 @@ from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from ..records import StepResult
 from .boundary import boundary_cells
-from .inside import fields_of_bodies, filled_bodies, grid_inside, inside_cells
+from .inner_fields import fields_of_bodies, filled_bodies, grid_inside, inside_cells
 
 CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12, "triangle6": 22, "quad9": 28}
 """VTK's numbers."""

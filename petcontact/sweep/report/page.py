@@ -8,9 +8,9 @@ from ...results.solution import Solution
 from ...runtime.figure_style import png
 from ..published import example_number
 from ..store.case_table import CaseTable
+from .formats import bad_cases, column_heads, counts_line, legend
 from .pivot import ITERATIONS, Table, text
-from .plots import Plot, draw
-from .text import bad_cases, column_heads, counts_line, legend
+from .sweep_plots import Plot, draw
 
 DRAWN = {
     "deformed": "initial and deformed outline",

@@ -12,7 +12,7 @@ from ...errors import PetcontactError
 from ...model.problem import Problem
 from ...pipeline.choice import compression_of, dense_seconds, resolved_bem
 from ...pipeline.solve import adapts_itself
-from ...refinement.meshes import mesh_of
+from ...refinement.body_meshes import mesh_of
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios
 # matter, they decide the order of the groups and who helps whom.

@@ -11,7 +11,7 @@ from panel_oracle import worst
 
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.geometry.quadratic import REFERENCE
-from petcontact.mesh.curved.panels import CurvedPanels, make_curved_panels
+from petcontact.mesh.curved.curved_panels import CurvedPanels, make_curved_panels
 from petcontact.mesh.panels import make_panels
 
 NU = 0.3

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from shapes import problem, solid
 
-from petcontact.mesh.pairs import curves
-from petcontact.mesh.pairs.curves import Curves
+from petcontact.mesh.pairs import intersections
+from petcontact.mesh.pairs.intersections import Curves
 from petcontact.pipeline.judge.thickness import slenderness
 from petcontact.pipeline.pose.discretise import discretise
 
@@ -39,6 +39,6 @@ def test_few_curves_are_looked_at_where_they_are_many(count):
     part = Curves(ends[:-1], ends[1:], np.zeros(count))
     looked_at = []
     x = np.column_stack([np.linspace(0.0, 1.0, count), np.full(count, 0.1)])
-    for _, number, _, _ in part._met(curves._crossings, x, np.tile([0.0, -1.0], (count, 1))):
+    for _, number, _, _ in part._met(intersections._crossings, x, np.tile([0.0, -1.0], (count, 1))):
         looked_at.append(len(number))
     assert max(looked_at) < 200

@@ -10,7 +10,7 @@ from shapes import cuboid, elastic, moved
 
 from petcontact import Problem
 from petcontact.given.tables.base import parse
-from petcontact.refinement.meshes import mesh_of
+from petcontact.refinement.body_meshes import mesh_of
 from petcontact.refinement.panels.edges import edges
 from petcontact.refinement.panels.quartering import cut
 

@@ -10,7 +10,7 @@ from petcontact import Cylinder, Revolved, Sphere
 from petcontact import OutlineSide as Side
 from petcontact.geometry.quadratic import QuadraticCells
 from petcontact.mesh.panelling import round_mesh
-from petcontact.refinement.panels.axes import sides
+from petcontact.refinement.panels.cut_directions import sides
 from petcontact.refinement.panels.quartering import cut
 
 CYLINDER = Cylinder((0, 0, 0), (0, 0, 1.0), 0.7)

@@ -11,7 +11,7 @@ from petcontact import OutlineSide, Revolved
 from petcontact.geometry.round_surfaces import CylinderSurface
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh, round_mesh
-from petcontact.refinement.panels.patches import patches_of
+from petcontact.refinement.panels.face_patches import patches_of
 from petcontact.refinement.panels.rings import ringed, sector
 from petcontact.refinement.panels.zone import ELONGATED, ContactEllipse, stick_of, zone_of
 

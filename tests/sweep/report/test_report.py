@@ -19,6 +19,7 @@ from petcontact.pipeline.run import run
 from petcontact.results.hdf5 import write_solution
 from petcontact.sweep import problems
 from petcontact.sweep.design.sweep import read_sweep
+from petcontact.sweep.report.formats import csv_text, markdown
 from petcontact.sweep.report.page import DRAWN, html, representatives
 from petcontact.sweep.report.pivot import (
     ITERATIONS,
@@ -27,8 +28,7 @@ from petcontact.sweep.report.pivot import (
     asked_about,
     make_tables,
 )
-from petcontact.sweep.report.plots import Plot, parse_plot, write_plots
-from petcontact.sweep.report.text import csv_text, markdown
+from petcontact.sweep.report.sweep_plots import Plot, parse_plot, write_plots
 from petcontact.sweep.store.case_table import CaseTable, read_case_table
 from petcontact.sweep.store.columns import columns_of
 
@@ -225,7 +225,7 @@ def test_pictures_are_of_the_last_case_of_each_problem(table):
 def test_a_plot_shows_means_of_what_converged(table, tmp_path):
     from matplotlib.figure import Figure
 
-    from petcontact.sweep.report.plots import draw
+    from petcontact.sweep.report.sweep_plots import draw
 
     figure = Figure()
     draw(figure, table, Plot("iterations", "rho", "problem"))

@@ -12,7 +12,7 @@ from shapes import cuboid, elastic, moved, problem, touching
 
 from petcontact import solve
 from petcontact.pipeline.adapt.surface_errors import TailErrors
-from petcontact.reference.half_space import elliptic_load
+from petcontact.reference.half_space_displacement import elliptic_load
 from petcontact.reference.hertz import elliptic
 
 pytestmark = pytest.mark.usefixtures("unestimated")

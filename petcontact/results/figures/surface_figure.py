@@ -15,9 +15,9 @@ from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import label, plain
 from ..data import SolutionData
 from ..evaluated import NOWHERE
-from ..vtu.inside import filled_bodies
-from ..vtu.places import Places, small_triangles
-from .bands import UNKNOWN, band_colours, beyond, cut
+from ..vtu.inner_fields import filled_bodies
+from ..vtu.spread_points import Places, small_triangles
+from .colour_bands import UNKNOWN, band_colours, beyond, cut
 from .curves import headed_end
 from .surroundings import EDGE, obstacles
 from .view import View, view_of

@@ -13,9 +13,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..bem.particular.volume import volume_solution
-from ..compliance.bodies import BodiesSystem
-from ..compliance.body.base import ElasticBody
+from ..compliance.body.eliminated import ElasticBody
 from ..compliance.interface import slices
+from ..compliance.reduced_bodies import BodiesSystem
 from ..errors import InputError
 from ..fields.stress_state import StressState
 from ..linalg.dense_matrix import distributed

@@ -17,8 +17,8 @@ from numpy.polynomial.polynomial import polyder, polyval2d
 from ...arrays import Array
 from ...given.tables.material import Material
 from ...mesh.boundary_mesh import BoundaryMesh
+from .polynomial_solution import ParticularSolution, particular_solution
 from .polynomials import degree, padded
-from .solution import ParticularSolution, particular_solution
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..given.conditions import Condition
-from ..given.interfaces import Law
+from ..given.interface_data import Law
 from ..given.values import Given
 from .bodies import Body, Contact, Pair, names_of
 

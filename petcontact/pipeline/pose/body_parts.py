@@ -9,9 +9,9 @@ from ...errors import InputError
 from ...geometry.gmsh import UNNAMED
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...given.conditions import Condition, Contact, Periodic, Traction
-from ...given.interfaces import PosedInterface
+from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...given.values import Number
 from ...model.problem import Problem

@@ -28,8 +28,8 @@ from ..errors import InputError
 from ..given.tables.solver_options import Method
 from ..model.problem import Problem
 from ..pipeline.run import described, prepare
-from ..pipeline.steps.load_steps import first_increment
 from ..pipeline.steps.start import carried_over
+from ..pipeline.steps.step_loop import first_increment
 from ..results.solution import read_result
 from ..runtime.hints import demand_name
 from ..runtime.petsc import options

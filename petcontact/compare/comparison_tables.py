@@ -10,7 +10,7 @@ import numpy as np
 
 from ..runtime.figure_style import plain, save_all
 from ..runtime.text_table import aligned, as_csv
-from .run import Trial
+from .side_by_side import Trial
 
 COLUMNS = (
     "problem",

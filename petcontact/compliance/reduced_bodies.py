@@ -22,15 +22,15 @@ from ..arrays import Array
 from ..bem.boundary_data import BoundaryData
 from ..contact.system import ContactSystem, Modes, Surrogate
 from ..mesh.curve_mesh import CurveMesh, as_curve
-from .body.base import ElasticBody
+from .body.eliminated import ElasticBody
 from .composed import ComposedSystem, Joint
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
 from .half_space import LARGEST, HalfSpace, half_space
-from .hessenberg import shared_by
 from .interface import ContactMaps, contact_maps, directions_looked_for, places, slices
 from .interface import Interface as Interface
 from .layer.kernel import Strip, body_thickness, strips
 from .layer.operator import LayerOperator
+from .robin_solves import shared_by
 
 
 class BodiesSystem:

@@ -14,7 +14,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
-from .axes import matched, sides
+from .cut_directions import matched, sides
 
 GROWTH = 2.0
 """Largest size of a panel, less its distance from the contact, over the size of the nearest panel

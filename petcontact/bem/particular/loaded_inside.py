@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...geometry.rotation import lifted
-from ...given.bodies import Body
+from ...given.body_data import Body
 from ...mesh.boundary_mesh import BoundaryMesh
 from ..kernel import Kernel, tensor_components
 from ..kernels import kernel_for

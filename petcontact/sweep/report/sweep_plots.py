@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import InputError
 from ...runtime.figure_style import save
 from ..store.case_table import CaseTable
-from .text import label
+from .formats import label
 
 MOST_LINES = 12
 

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import Array, Index, even_bounds
-from .levels import Stack, build_part, build_top
 from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
 from .translations import Stretch, Translations
+from .tree_levels import Stack, build_part, build_top
 from .workers import Workers
 
 PROBED = 20_000

@@ -15,7 +15,7 @@ from ...contact.law_protocol import ContactLaw
 from ...contact.laws import STEEP, SignoriniCoulomb, Tresca
 from ...contact.methods.registry import ContactNodes, law_of
 from ...errors import InputError
-from ...given.interfaces import FRICTION, Law, PosedInterface
+from ...given.interface_data import FRICTION, Law, PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 
 

@@ -16,7 +16,7 @@ from ...geometry.quadratic import QuadraticCells, on_side, samples
 from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import least_pieces
-from .axes import sides
+from .cut_directions import sides
 from .hanging import numbered
 from .quartering import cut, parents
 from .zone import ContactEllipse

@@ -24,14 +24,14 @@ from ..data import SolutionData
 from ..peaks import QUANTITIES, unbounded_places
 from ..place import Place
 from ..verdict.text import KEPT, place_of
-from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside, within
-from ..vtu.places import Places
-from .bands import beyond
+from ..vtu.inner_fields import Window, field_inside, filled_bodies, grid_inside, within
+from ..vtu.spread_points import Places
+from .colour_bands import beyond
 from .curves import headed_end
+from .cuts import grid_of, outline_of, plane_of
 from .finite import away_from
-from .plane import draw_outlines, fit_height, place
-from .section import grid_of, outline_of, plane_of
-from .surface import sampled, shade_each
+from .plane_figures import draw_outlines, fit_height, place
+from .surface_figure import sampled, shade_each
 from .view import View, view_of
 
 MAGNIFIED = 0.06

@@ -13,7 +13,7 @@ from ..arrays import Array, Index
 from ..bem.boundary_data import BoundaryData
 from ..compliance.interface import Interface
 from ..errors import InputError
-from ..given.bodies import Body
+from ..given.body_data import Body
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
@@ -24,8 +24,8 @@ from ..runtime.petsc import options
 from ..runtime.world import world
 from .eliminate import eliminated_alone
 from .pose.discretise import Discrete, with_volume_loads
-from .pose.laws import with_law
 from .pose.load_states import boundary_data
+from .pose.nodal_laws import with_law
 
 FORMATS = (".npz", ".inp")
 
@@ -42,8 +42,8 @@ class CondensedBody:
     x, weight : (n, d), (n,) arrays
         Nodes [length] and quadrature weights [length, in space area].
     arrays : dict
-        What `read_superelement` of `geometry/superelement.py` reads: `compliance` S, `u_0`, `modes`
-        R, `resultant` F, and the faces.
+        What `read_superelement` reads (`geometry/condensed_surface.py`): `compliance` S, `u_0`,
+        `modes` R, `resultant` F, and the faces.
     """
 
     name: str

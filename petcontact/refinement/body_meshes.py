@@ -13,10 +13,10 @@ import numpy as np
 from ..bem.compatibility import check_compatible
 from ..errors import InputError
 from ..geometry.cad.part import CadSurface
+from ..geometry.condensed_surface import CondensedSurface
 from ..geometry.round_surfaces import RoundSurface
-from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary, BoxSurface, FacetSurface
-from ..given.bodies import Body
+from ..given.body_data import Body
 from ..given.tables.solver_options import MeshOptions
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
