@@ -50,7 +50,7 @@ def unestimated(monkeypatch):
 def unsampled(monkeypatch):
     """The largest stresses are not looked for, which takes longer than a small solve: of tests of
     verdicts and files that do not look at them."""
-    monkeypatch.setattr("petcontact.results.numbers.stress_peaks", lambda *_: [])
+    monkeypatch.setattr("petcontact.results.numbers.printed.stress_peaks", lambda *_: [])
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,7 @@ import scipy
 from ..arrays import Array
 from ..errors import InputError
 from ..results.data import SolutionData
-from ..results.peaks import stress_name
+from ..results.numbers.peaks import stress_name
 from ..results.records import below
 from ..runtime.hints import demand_name
 from .parameters import PARAMETERS

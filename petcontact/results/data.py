@@ -16,8 +16,8 @@ from ..errors import InputError, MissingPackage
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
-from .number import Number
-from .number_errors import with_errors
+from .numbers.errors import with_errors
+from .numbers.number import Number
 from .records import BodyResult, ContactFields, PairResult, StepResult, along_tangents, below
 from .report import Finding
 

@@ -15,9 +15,9 @@ import numpy as np
 from ..contact.law_protocol import OPEN, SLIP
 from ..errors import InputError
 from ..model.problem import Problem
-from ..results.singular_places import singular_places
 from ..results.solution import Solution
-from ..results.strengths import Fit, beside, fits, told_at
+from ..results.strength.singular_places import singular_places
+from ..results.strength.strengths import Fit, beside, fits, told_at
 from ..round_off import first_largest
 from .published import published_count
 

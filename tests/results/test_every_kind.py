@@ -14,7 +14,7 @@ from problems import block, contact_pair, obstacle, posed
 from petcontact import InputError, read_result, solve
 from petcontact.geometry.rotation import lifted
 from petcontact.model.case import load
-from petcontact.results.peaks import stress_peaks
+from petcontact.results.numbers.peaks import stress_peaks
 from petcontact.results.records import step_ends
 from petcontact.results.report import as_json
 from petcontact.results.tables import boundary_table

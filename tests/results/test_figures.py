@@ -23,7 +23,7 @@ from petcontact.results.figures.plots import drawings
 from petcontact.results.figures.stress_figure import draw_von_mises
 from petcontact.results.figures.view import view_of
 from petcontact.results.hdf5 import write_solution
-from petcontact.results.number import Number
+from petcontact.results.numbers.number import Number
 from petcontact.results.records import ObstacleResult
 from petcontact.results.solution import read_result
 

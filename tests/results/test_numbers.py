@@ -18,10 +18,10 @@ from petcontact.contact.law_protocol import SLIP
 from petcontact.mesh.grading import mesh_outline
 from petcontact.reference.hertz import LineContact, contact_modulus
 from petcontact.refinement.levels import MOST_GAIN
-from petcontact.results import number_errors, stress_errors
 from petcontact.results.evaluated import displacement_scale
-from petcontact.results.number import ENERGY, Number
-from petcontact.results.numbers import maximum
+from petcontact.results.numbers import errors, stress_errors
+from petcontact.results.numbers.number import ENERGY, Number
+from petcontact.results.numbers.printed import maximum
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +110,7 @@ def test_meshes_along_curves_gain_as_little_as_corners_let_them():
     two = SimpleNamespace(coarser=SimpleNamespace(coarser=SimpleNamespace(coarser=None)))
     for estimates, last in (([], 1.0 + MOST_GAIN), ([0.3, 0.2, 0.1], 3.0)):
         two.accuracy = SimpleNamespace(estimates=estimates)
-        gains = [gain for _, gain in number_errors._coarser(two)]
+        gains = [gain for _, gain in errors._coarser(two)]
         assert gains == pytest.approx([2.0, last])
 
 

@@ -8,8 +8,8 @@ from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, tou
 
 from petcontact import solve
 from petcontact.refinement.singular_points import corner_exponents
-from petcontact.results.peaks import stress_peaks
-from petcontact.results.singular_places import singular_places
+from petcontact.results.numbers.peaks import stress_peaks
+from petcontact.results.strength.singular_places import singular_places
 
 
 def test_under_a_cylinder_the_largest_von_mises_stress_lies_inside():

@@ -9,8 +9,8 @@ import pytest
 from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, touching
 
 from petcontact import solve
-from petcontact.results.singular_places import singular_places
-from petcontact.results.strengths import fits
+from petcontact.results.strength.singular_places import singular_places
+from petcontact.results.strength.strengths import fits
 from petcontact.sweep.quantities import unbounded_pressure
 
 

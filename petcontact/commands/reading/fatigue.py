@@ -124,7 +124,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def _print_largest(result: Any) -> None:
     """The largest value, its place, and the plane that it is found on."""
-    from ...results.number import Number
+    from ...results.numbers.number import Number
     from ...results.verdict.text import told
 
     worst, k = result.largest

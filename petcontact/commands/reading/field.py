@@ -226,7 +226,7 @@ def one_field(
     degrees: float | None = None,
 ) -> dict[str, Any]:
     """Write the field of a body at the end, and say how large its stress is; the field by body."""
-    from ...results.peaks import largest_at
+    from ...results.numbers.peaks import largest_at
     from ...results.vtu.inner_fields import field_inside, grid_inside, write_vtu
 
     mesh = solution.meshes[name]

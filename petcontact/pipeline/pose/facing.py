@@ -22,7 +22,7 @@ from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
 from ...refinement.panels.panel_cuts import LONGER
-from ...results.numbers import maximum
+from ...results.numbers.printed import maximum
 from ...results.report import Finding
 from ...round_off import ROUNDED, SINGLE, WRITTEN
 from ..judge.findings import new_finding

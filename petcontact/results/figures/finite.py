@@ -10,8 +10,8 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...round_off import SOLVED
 from ..data import SolutionData
-from ..place import Place
-from ..singular_places import singular_places
+from ..strength.place import Place
+from ..strength.singular_places import singular_places
 
 ABOVE = 0.5
 """Of an axis that ends below the largest value, over the values that it shows away from corners:

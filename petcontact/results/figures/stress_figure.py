@@ -21,8 +21,8 @@ from ...runtime.figure_style import label, legend_below, name_what_is_seen, plai
 from ...runtime.hints import demand_name
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
-from ..peaks import QUANTITIES, unbounded_places
-from ..place import Place
+from ..numbers.peaks import QUANTITIES, unbounded_places
+from ..strength.place import Place
 from ..verdict.text import KEPT, place_of
 from ..vtu.inner_fields import Window, field_inside, filled_bodies, grid_inside, within
 from ..vtu.spread_points import Places

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from ...mesh.storage import demand
-from ..number import Number
+from ..numbers.number import Number
 
 KINDS: dict[str, Any] = {
     "str": str,

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..data import SolutionData
 from ..format.number_tables import plain
-from ..number import Number
+from ..numbers.number import Number
 from .text import unit_of
 
 

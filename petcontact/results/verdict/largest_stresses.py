@@ -7,8 +7,8 @@ import numpy as np
 from ...model.problem import ONE_BODY
 from ...round_off import SOLVED
 from ...runtime.terminal import printable
-from ..number import Number
-from ..peaks import QUANTITIES
+from ..numbers.number import Number
+from ..numbers.peaks import QUANTITIES
 from .teller import Teller
 from .text import place_of, wrapped
 

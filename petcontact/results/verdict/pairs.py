@@ -16,8 +16,8 @@ from ...model.description import value_text
 from ...model.problem import ONE_BODY
 from ...round_off import WRITTEN
 from ...runtime.terminal import printable
-from ..number import ENERGY, Number
-from ..numbers import maximum
+from ..numbers.number import ENERGY, Number
+from ..numbers.printed import maximum
 from ..records import PairResult, StepResult
 from .teller import AXIAL, Teller, label
 from .text import table, wrapped

@@ -9,7 +9,7 @@ import numpy as np
 from ...model.problem import ONE_BODY
 from ...round_off import SOLVED
 from ...runtime.terminal import printable
-from ..number import DISPLACEMENT, Number
+from ..numbers.number import DISPLACEMENT, Number
 from ..records import PairResult, StepResult, WearHistory
 from .teller import AXIAL, Teller, label
 from .text import wrapped

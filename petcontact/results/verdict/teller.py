@@ -9,7 +9,7 @@ import numpy as np
 
 from ...runtime.terminal import printable
 from ..data import SolutionData
-from ..number import Number
+from ..numbers.number import Number
 from ..records import StepResult
 from .text import place_of, told, unit_of
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Array, shown
 from ...given.tables.units import Units
 from ...runtime.terminal import printable
-from ..number import Number
+from ..numbers.number import Number
 
 WIDTH, WIDEST, KEPT = 80, 100, "\xa0"
 """Of a line, of a line of a table, and a space at which none is broken."""

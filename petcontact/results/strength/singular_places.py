@@ -17,26 +17,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
-from ..contact.law_protocol import OPEN, SLIP
-from ..fields.boundary.places import meeting, sizes
-from ..geometry.rotation import lifted
-from ..given.conditions import Condition, Displacement, Periodic
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind
-from ..refinement.corner_modes import (
+from ...arrays import Array, Index, Mask
+from ...contact.law_protocol import OPEN, SLIP
+from ...fields.boundary.places import meeting, sizes
+from ...geometry.rotation import lifted
+from ...given.conditions import Condition, Displacement, Periodic
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind
+from ...refinement.corner_modes import (
     Expansion,
     corner_expansion,
     joint_expansions,
     shear_expansion,
 )
-from ..refinement.panels.edges import SMOOTH
-from ..refinement.singular_points import kinds_seen
-from ..round_off import SINGLE
+from ...refinement.panels.edges import SMOOTH
+from ...refinement.singular_points import kinds_seen
+from ...round_off import SINGLE
+from ..evaluated import NOWHERE, Evaluated
+from ..records import StepResult
 from .corners import Corners, corners_of
-from .evaluated import NOWHERE, Evaluated
 from .place import SHARE, Place
-from .records import StepResult
 from .touching import (
     Does,
     Partner,

@@ -8,17 +8,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array, Mask, shown
-from ..fields.boundary.places import located, sizes
-from ..fields.stress_state import StressState
-from ..round_off import SUMMED, first_largest
-from .evaluated import Evaluated
+from ...arrays import Array, Mask, shown
+from ...fields.boundary.places import located, sizes
+from ...fields.stress_state import StressState
+from ...round_off import SUMMED, first_largest
+from ..evaluated import Evaluated
+from ..records import StepResult
+from ..strength.place import Place
+from ..strength.singular_places import singular_places
+from ..strength.strengths import AROUND, end_size, known, level, told_at, tops
 from .number import Number
 from .peak_places import places_inside
-from .place import Place
-from .records import StepResult
-from .singular_places import singular_places
-from .strengths import AROUND, end_size, known, level, told_at, tops
 
 NOTHING = 1e-6
 """Stress, over the largest component in the body, that is none: ten times the defect up to which

@@ -11,18 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index, shown
-from ..contact.friction_law import lengths
-from ..contact.law_protocol import OPEN
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..round_off import EPS, SINGLE, SOLVED, first_largest
-from .contact_zones import areas, between_nodes, hidden_slip
-from .evaluated import NOWHERE, Evaluated
+from ...arrays import Array, Index, shown
+from ...contact.friction_law import lengths
+from ...contact.law_protocol import OPEN
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...round_off import EPS, SINGLE, SOLVED, first_largest
+from ..contact_zones import areas, between_nodes, hidden_slip
+from ..evaluated import NOWHERE, Evaluated
+from ..records import PairResult, StepResult
+from ..strength.singular_places import singular_places
+from ..strength.strengths import beside, fits
 from .number import DISPLACEMENT, ENERGY, Number
 from .peaks import stress_peaks
-from .records import PairResult, StepResult
-from .singular_places import singular_places
-from .strengths import beside, fits
 
 ACROSS, LOOKED_AT = (9, 33), (8, 1)
 """Places along each direction of an element at which a maximum is looked for between the nodes,

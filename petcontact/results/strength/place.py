@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Mask
-from ..refinement.corner_modes import Expansion
+from ...arrays import Array, Mask
+from ...refinement.corner_modes import Expansion
 
 SHARE = 0.1
 """Distance from a place without a bound at which the stress beside it is told, over the size of its

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..arrays import Array, Mask
-from ..fields.boundary.places import sizes
-from ..fields.stress_state import StressState
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..refinement.corner_exponents import NEAR
-from ..refinement.corner_modes import Expansion, Mode
-from ..round_off import first_largest
-from .evaluated import Evaluated
+from ...arrays import Array, Mask
+from ...fields.boundary.places import sizes
+from ...fields.stress_state import StressState
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...refinement.corner_exponents import NEAR
+from ...refinement.corner_modes import Expansion, Mode
+from ...round_off import first_largest
+from ..evaluated import Evaluated
+from ..records import StepResult
 from .place import Place
-from .records import StepResult
 from .singular_places import singular_places
 from .strength_fit import Sides
 

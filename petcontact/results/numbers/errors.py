@@ -14,20 +14,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
-from ..contact.friction_law import lengths
-from ..contact.law_protocol import OPEN, SLIP
-from ..fields.boundary.places import located, sizes
-from ..linalg.nearest import within
-from ..refinement.levels import LEAST_GAIN, MOST_GAIN
-from ..round_off import EPS
-from .evaluated import Evaluated, displacement_scale
+from ...arrays import Array, Index, Mask
+from ...contact.friction_law import lengths
+from ...contact.law_protocol import OPEN, SLIP
+from ...fields.boundary.places import located, sizes
+from ...linalg.nearest import within
+from ...refinement.levels import LEAST_GAIN, MOST_GAIN
+from ...round_off import EPS
+from ..evaluated import Evaluated, displacement_scale
+from ..records import PairResult
+from ..strength.singular_places import singular_places
+from ..strength.strengths import beside
 from .number import DISPLACEMENT, ENERGY, Key, Number
-from .numbers import end_of, numbers_of, resultant
 from .peaks import stress_name
-from .records import PairResult
-from .singular_places import singular_places
-from .strengths import beside
+from .printed import end_of, numbers_of, resultant
 from .stress_errors import NearStress, stress_change, stresses_near
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..arrays import Array
-from ..contact.law_protocol import OPEN
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..round_off import first_largest
-from .evaluated import NOWHERE, Evaluated
-from .records import BodyResult, StepResult
+from ...arrays import Array
+from ...contact.law_protocol import OPEN
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...round_off import first_largest
+from ..evaluated import NOWHERE, Evaluated
+from ..records import BodyResult, StepResult
 
 DEPTHS = np.array([0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.6])
 """Of samples below a contact or a load, over half its width. The largest von Mises stress of a

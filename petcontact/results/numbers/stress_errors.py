@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
-from ..fields.boundary.places import located, sizes
-from ..mesh.boundary_mesh import BoundaryMesh
-from .corners import corners_of
-from .evaluated import Evaluated
+from ...arrays import Array, Index, Mask
+from ...fields.boundary.places import located, sizes
+from ...mesh.boundary_mesh import BoundaryMesh
+from ..evaluated import Evaluated
+from ..strength.corners import corners_of
+from ..strength.singular_places import singular_places
 from .number import Key, Number
-from .numbers import end_of
 from .peaks import stress_name
-from .singular_places import singular_places
+from .printed import end_of
 from .stress_samples import FINEST
 
 BESIDE, INSIDE = 4, 0.2

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import Array
-from ..round_off import SOLVED
+from ...arrays import Array
+from ...round_off import SOLVED
 
 ENERGY = "dissipated energy"
 """Name of the number; its unit is that of a moment."""

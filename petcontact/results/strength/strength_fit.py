@@ -15,13 +15,13 @@ import math
 
 import numpy as np
 
-from ..arrays import Array, Complex, Index
-from ..fields.boundary.places import sizes
-from ..geometry.rotation import lifted
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..refinement.corner_modes import REGULAR, Expansion
-from ..round_off import HALF, SINGLE
-from .body_fields import BodyFields
+from ...arrays import Array, Complex, Index
+from ...fields.boundary.places import sizes
+from ...geometry.rotation import lifted
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...refinement.corner_modes import REGULAR, Expansion
+from ...round_off import HALF, SINGLE
+from ..body_fields import BodyFields
 from .place import Place
 
 NEAREST, FARTHEST = 1e-5, 0.3

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
-from ..geometry.rotation import lifted
-from ..given.interface_data import Law
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
-from ..refinement.panels.edges import SMOOTH
-from ..round_off import SINGLE
+from ...arrays import Array, Index
+from ...geometry.rotation import lifted
+from ...given.interface_data import Law
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
+from ...refinement.panels.edges import SMOOTH
+from ...round_off import SINGLE
+from ..records import PairResult
 from .corners import Corners
-from .records import PairResult
 
 MISMATCH = 0.23
 """Difference of two known shears at a right angle, over the root of the mean square of the body's

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
-from ..geometry.arcs import turn_between
-from ..mesh.surface_mesh import SurfaceMesh
-from ..refinement.panels.edges import SMOOTH, TOGETHER, edges
-from ..round_off import SINGLE
+from ...arrays import Array, Index
+from ...geometry.arcs import turn_between
+from ...mesh.surface_mesh import SurfaceMesh
+from ...refinement.panels.edges import SMOOTH, TOGETHER, edges
+from ...round_off import SINGLE
 
 
 @dataclass(frozen=True)

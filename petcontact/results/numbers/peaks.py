@@ -15,13 +15,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array, shown
-from ..round_off import first_largest
-from .evaluated import Evaluated
+from ...arrays import Array, shown
+from ...round_off import first_largest
+from ..evaluated import Evaluated
+from ..records import StepResult, step_ends
+from ..strength.place import Place
+from ..strength.singular_places import singular_places
 from .number import Number
-from .place import Place
-from .records import StepResult, step_ends
-from .singular_places import singular_places
 from .stress_samples import FINEST, TRIED, Samples
 
 QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
