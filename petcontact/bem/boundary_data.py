@@ -107,6 +107,12 @@ class BoundaryData:
         return self.vectors(np.where(self.traction_known, 0.0, self.value))
 
     @property
+    def displaced(self) -> Array:
+        """Return what H acts on in the loads: known displacements less those of the particular
+        solution, (K, n, d) [length]."""
+        return self.known_displacement - (0.0 if self.volume is None else self.volume[0])
+
+    @property
     def loaded(self) -> Mask:
         """Whether anything acts or is displaced in each state, (K,)."""
         acting = [

@@ -36,11 +36,14 @@ class BoundaryOperators:
     data : BoundaryData
     kernel : Kernel
         Of the mesh's dimension d.
+    translated : tuple of int, optional
+        Axes of translations, whose loads follow those of the K states.
     """
 
     mesh: BoundaryMesh
     data: BoundaryData
     kernel: Kernel
+    translated: tuple[int, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out addresses of compiled code: they mean nothing in another process."""
@@ -116,7 +119,7 @@ class BoundaryOperators:
 
     @functools.cached_property
     def _columns(self) -> tuple[RightHandSides, Array]:
-        return columns_beside(self.data, self.traction_scale)
+        return columns_beside(self.data, self.traction_scale, self.translated)
 
     @property
     def right_hand_sides(self) -> RightHandSides:
@@ -126,7 +129,8 @@ class BoundaryOperators:
 
     @property
     def amplitudes(self) -> Array:
-        """Return the factors of the right-hand sides in the load of each state, (q, K)."""
+        """Return the factors of the right-hand sides in the load of each state and translation, (q,
+        K + t)."""
         return self._columns[1]
 
     @functools.cached_property

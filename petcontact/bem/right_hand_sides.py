@@ -1,5 +1,5 @@
-"""Columns beside A_0: those of contact directions, and those of known data and volume loads for the
-load of each state.
+"""Columns beside A_0: those of contact directions, those of known data and volume loads for the
+load of each state, and rigid translations.
 
 With a particular solution u_p, t_p for the volume loads (½ + H) u - G t is (½ + H) u_p - G t_p
 instead of 0, so that what is known acts together with -t_p and -u_p (C. A. Brebbia, J. C. F.
@@ -65,9 +65,11 @@ class RightHandSides:
         return self.first[nodes][owner] + within, owner
 
 
-def columns_beside(data: BoundaryData, traction_scale: float) -> tuple[RightHandSides, Array]:
-    """Return the right-hand sides and their amplitudes in each state, (q, K). Those of contact come
-    first at each node.
+def columns_beside(
+    data: BoundaryData, traction_scale: float, translated: tuple[int, ...] = ()
+) -> tuple[RightHandSides, Array]:
+    """Return the right-hand sides and their amplitudes in each state, (q, K + t). Those of contact
+    come first at each node. The last states are translations along t axes.
 
     Of data that are there in one state only a loaded node has one column, over the largest of them;
     else one for each component that is known and not 0 in any state, and as many for volume loads
@@ -81,13 +83,18 @@ def columns_beside(data: BoundaryData, traction_scale: float) -> tuple[RightHand
         if data.loaded[:-1].any()
         else [_of_last_state(data, traction_scale)]
     )
+    n, t = len(data.frame), len(translated)
+    shift = np.tile(np.eye(d)[list(translated)], (n, 1))
+    groups.append((np.repeat(np.arange(n), t), 0.0 * shift, shift, np.zeros((n * t, data.states))))
     node, traction, displacement, amplitudes = (
         np.concatenate(columns) for columns in zip(*groups, strict=True)
     )
+    moved = np.zeros((len(node), t))
+    moved[len(node) - n * t :] = np.tile(np.eye(t), (n, 1))
     order = np.argsort(node, kind="stable")
-    return RightHandSides(
-        node[order], traction[order], displacement[order], len(data.frame)
-    ), amplitudes[order]
+    return RightHandSides(node[order], traction[order], displacement[order], n), np.hstack(
+        [amplitudes, moved]
+    )[order]
 
 
 def _of_last_state(data: BoundaryData, traction_scale: float) -> Columns:

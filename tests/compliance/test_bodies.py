@@ -71,10 +71,11 @@ def test_compressed_body_is_the_dense_one(name, comm):
         dense = DenseBody(operators, modes, comm)
         formed, products = (HodlrBody(operators, modes, TIGHT, comm, most) for most in (1000, 0))
         assert products.compliance is None
+        # only dense rows are exact for translations of rounded nodes
         off = np.abs(formed.compliance - dense.compliance).max()
-        assert off < 1e-10 * np.abs(dense.compliance).max()
+        assert off < 1e-9 * np.abs(dense.compliance).max()
         for body in (formed, products):
-            same_body(body, dense, 1e-10)
+            same_body(body, dense, 1e-9)
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from problems import posed
 from shapes import elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import adapt
@@ -119,3 +120,58 @@ def test_differences_that_grow_are_not_believed_to_fall():
     assert believed([5e-3, 1e-2]) == pytest.approx(2e-2)
     assert growing([1e-2, 5e-3, 6e-3]) and growing([1e-3, 5e-3, 1e-3])
     assert not growing([1e-2, 5e-3, 1e-3]) and not growing([1.0, 2.0, 1.0, 0.5])
+
+
+LIFTED = """
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [-20.0, -20.0], upper_right = [20.0, 0.0] }
+contact = [{ name = "c", secondary = "top", primary = "punch", gap = "where(abs(x) <= 1, 0, 1)" }]
+boundary = [{ part = "bottom", condition = "displacement", value = [0.0, 0.0] },
+    { part = "left", condition = "traction", value = [0.0, 0.0] },
+    { part = "right", condition = "traction", value = [0.0, 0.0] }]
+[[obstacle]]
+name = "punch"
+displacement = [0.0, "free"]
+force = [0.0, -0.01]
+rotation = "free"
+moment = -0.007
+"""
+RING = """
+[[body]]
+name = "ring"
+material = { young_modulus = 210000.0, poisson_ratio = 0.0 }
+geometry = { shape = "outline", loops = [[{ part = "out", to = [10.4, 0], through = [0, -10.4] },
+    { part = "e1", to = [9.6, 0] }, { part = "in", to = [-9.6, 0], through = [0, -9.6] },
+    { part = "e0", to = [-10.4, 0] }]] }
+boundary = [{ part = "e0", condition = "symmetry" }, { part = "e1", condition = "symmetry" }]
+[[obstacle]]
+name = "plate"
+displacement = [0.0, 0.05]
+[[contact]]
+name = "t"
+secondary = "ring.out"
+primary = "plate"
+gap = "y + 10.4"
+direction = [0.0, -1.0]
+"""
+
+
+def test_a_punch_that_lifts_off_is_solved_though_its_zones_close_nodes_beside_it():
+    """A punch of half width 1 whose load is 0.7 off its middle carries on 1.2, and
+    p = F/(0.6 π) √((x + 0.2)/(1 - x)) on a half-plane; this block is somewhat stiffer."""
+    solution = adapt(posed(LIFTED))
+    assert solution.converged, solution.reason
+    assert solution.pairs["c"].area == pytest.approx(1.2, rel=0.01)
+    assert solution.last.obstacles["punch"].rotation == pytest.approx(-0.009655, rel=5e-3)
+
+
+def test_a_thin_ring_is_as_exact_as_its_elements():
+    """It moves by 0.05 where elements of 1e-7 are pressed: what a move of rounded nodes seems to
+    strain would be p."""
+    solution = adapt(posed(RING), 1e-3)
+    assert solution.converged, solution.reason
+    pair, modulus, inertia = solution.pairs["t"], 210000.0, 0.8**3 / 12.0
+    # the moment F R/π takes curvature from the place of a line contact
+    curvature = 1.0 / 10.4 - 10.0 * pair.force[1] / np.pi / (modulus * inertia)
+    width = np.sqrt(4.0 * pair.force[1] / (np.pi * modulus * curvature))
+    assert pair.area == pytest.approx(2.0 * width, rel=1e-3)

@@ -118,10 +118,13 @@ class DenseRows:
         nodes = np.arange(*even_ranges(n, ranks)[rank])
         self.size, border = d * n + r, r if rank == ranks - 1 else 0
         inner, rows = d * len(nodes), d * len(nodes) + border
-        self.loads = np.zeros((data.states, rows))
+        if not loads_only or data.displaced.any():
+            operators = replace(operators, translated=operators.mesh.motions.along)
+        self.loads = np.zeros((data.states + len(operators.translated), rows))
         loads = self._inside(self.loads, len(nodes), d)
         if loads_only:
             fill_dense(operators, nodes, None, None, loads)
+            _translate(operators, nodes, None, loads)
         else:
             # every entry of A_0 is written
             self.system = np.zeros((self.size, rows)) if r else np.empty((self.size, rows))
@@ -129,6 +132,7 @@ class DenseRows:
             inside = self.system[: d * n, :inner].reshape(n, d, len(nodes), d)
             contact = self._inside(self.contact, len(nodes), d)
             fill_dense(operators, nodes, inside, contact, loads)  # (4.12), (4.13)
+            _translate(operators, nodes, inside, loads)
             own = np.arange(d * n).reshape(n, d)[nodes].ravel()
             self.system[d * n :, :inner] = modes.reshape(d * n, r)[own].T
             if border:
@@ -139,7 +143,8 @@ class DenseRows:
                 self.kinds = self._kinds(n, d, r), self._kinds(len(nodes), d, border)
             self.known = known_solution(self.system, comm)
             self.of_known = self.known @ self.system
-        loads += operators.point_loads.T.reshape(data.states, n, d)[:, nodes]
+        self.loads = self.loads[: data.states]
+        loads[: data.states] += operators.point_loads.T.reshape(data.states, n, d)[:, nodes]
 
     @staticmethod
     def _inside(columns: Array, count: int, d: int) -> Array:
@@ -150,3 +155,22 @@ class DenseRows:
     def _kinds(nodes: int, d: int, motions: int) -> Index:
         """Return the components at some nodes, and a kind for each motion."""
         return np.append(np.tile(np.arange(d), nodes), np.arange(d, d + motions))
+
+
+def _translate(
+    operators: BoundaryOperators, rows: Index, system: Array | None, loads: Array
+) -> None:
+    """Make the equations of some nodes exact for the translations that follow the loads.
+
+    Nodes are rounded. Elements of size h beside a node see it off their line by 1e-16 L/h, L the
+    size of the body, and a body that moves by u seems to be strained by 1e-16 L u/h². But ½ + H of
+    a translation is 0, and 1 around an infinite plate. Arguments are those of `fill_dense`.
+    """
+    data, axes = operators.data, list(operators.translated)
+    moved = loads[data.states :]
+    missed = np.zeros((*moved.shape[1:], moved.shape[2]))
+    missed[:, :, axes] = np.moveaxis(moved - np.rint(moved), 0, 2)
+    loads[: data.states] -= np.einsum("rja,kra->krj", missed, data.displaced[:, rows])
+    if system is not None:
+        ways = data.frame[rows] * data.traction_known[rows, :, None]
+        system[rows, :, np.arange(len(rows))] += np.einsum("rja,rca->rcj", missed, ways)

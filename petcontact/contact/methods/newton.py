@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +24,7 @@ from ...given.tables.solver_options import Method
 from ...round_off import CHAINED, WRITTEN
 from ..active_set.complementarity import complementary_guesses
 from ..active_set.monolithic import MonolithicSolver
-from ..active_set.pivots import PATIENCE, LinearSolver, Pivot, Predictor, next_tau, pivots
+from ..active_set.pivots import PATIENCE, LinearSolver, Pivot, next_tau, pivots
 from ..active_set.solvers import active_set_solver
 from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
@@ -128,7 +128,7 @@ class _Run:
         law: ContactLaw,
         iteration: Iteration,
         solver: LinearSolver,
-        foretell: Predictor | None,
+        foretell: Foresight | None,
     ) -> None:
         self.system = system
         self.law = law
@@ -181,18 +181,24 @@ class _Run:
         return unbalanced_load(self.system.modes, self.law) is not None
 
     def _starts(self, first: Guess) -> Iterator[Guess]:
-        """Yield starts of attempts: the first guess, then sets by complementary pivots.
+        """Yield starts of attempts: the first guess, that of a solve without a start, then sets by
+        complementary pivots.
 
-        Nodes whose sets cycle are pivoted on alone, at most three times, then all that are near.
-        Where the loads move a body no sets cycle.
+        Zones of another mesh may close nodes that no load closes. Nodes whose sets cycle are
+        pivoted on alone, at most three times and while there are more of them, then all that are
+        near. Where the loads move a body no sets cycle.
         """
         yield first
+        if self.iteration.start is not None and not self.unheld:
+            cold = replace(self.iteration, start=None)
+            yield _first_guess(self.system, self.law, cold, self.solver, self.foretell)
         near, law = np.zeros(len(first[0]), dtype=bool), self.law
         if type(law) is not SignoriniCoulomb:
             return
         for _ in range(3):
+            known = near.sum()
             near = near | np.any([states != self.last[-1] for states in self.last], axis=0)
-            if self.step is None or self.unheld or not near.any():
+            if self.step is None or self.unheld or near.sum() == known:
                 break
             pieces = self.step.linearised, self.step.sigma
             yield from complementary_guesses(self.system, law, near, pieces)
