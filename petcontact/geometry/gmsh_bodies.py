@@ -3,7 +3,6 @@ volume."""
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -19,8 +18,8 @@ FLAT = ("triangle", "quad")
 def body_of(mesh: Any, file: str, name: str) -> Any:
     """Return the mesh of one body.
 
-    In the plane it has the lines and the cells of the physical surface. In space it has the surface
-    cells around the tetrahedra of the physical volume.
+    It has the cells of the physical surface and all lines, in space the cells of the physical
+    volume and all surface cells.
 
     Raises
     ------
@@ -38,6 +37,7 @@ def body_of(mesh: Any, file: str, name: str) -> Any:
     [[[0, 1]], [[1, 3, 2]]]
     """
     in_space = is_surface(mesh)
+    rim = FLAT if in_space else ("line",)
     what = "volume" if in_space else "surface"
     groups = {
         str(group): int(tag)
@@ -48,13 +48,12 @@ def body_of(mesh: Any, file: str, name: str) -> Any:
         group_names = ", ".join(sorted(groups)) or "none"
         raise InputError(f"{file}: surface: no physical {what} {name!r}; there are {group_names}")
     inside = [np.asarray(tag) == groups[name] for tag in mesh.cell_data["gmsh:physical"]]
-    inside = _around(mesh, inside) if in_space else inside
     if not np.concatenate(inside).any():
         raise InputError(f"{file}: surface: nothing is in the physical {what} {name!r}")
     return _kept(
         mesh,
         [
-            own if block.type.startswith(FLAT) else np.full(len(own), "line" in block.type)
+            np.ones(len(own), dtype=bool) if block.type.startswith(rim) else own
             for block, own in zip(mesh.cells, inside, strict=True)
         ],
     )
@@ -75,22 +74,3 @@ def _kept(mesh: Any, kept: list[Mask]) -> Any:
         cell_data={"gmsh:physical": [tag for _, _, tag in blocks]},
         field_data=mesh.field_data,
     )
-
-
-def _around(mesh: Any, inside: list[Mask]) -> list[Mask]:
-    """Return which cells are triangles with exactly one of some tetrahedra behind them."""
-    corners = [
-        block.data[own][:, :4]
-        for block, own in zip(mesh.cells, inside, strict=True)
-        if block.type.startswith("tetra")
-    ]
-    facets = np.concatenate(corners) if corners else np.zeros((0, 4), dtype=np.int64)
-    sides = np.concatenate([facets[:, list(three)] for three in combinations(range(4), 3)])
-    sides, count = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
-    rim = {tuple(side) for side in sides[count == 1].tolist()}
-    return [
-        np.array([tuple(side) in rim for side in np.sort(block.data[:, :3], axis=1)], dtype=bool)
-        if block.type.startswith("triangle")
-        else np.zeros(len(block.data), dtype=bool)
-        for block in mesh.cells
-    ]

@@ -11,14 +11,36 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..errors import InputError
 from ..round_off import WRITTEN
+from .gmsh import UNNAMED
 from .surface import FacetSurface, checked_surface
 
 _CELLS = {"triangle": (3, 0), "triangle6": (3, 3), "quad": (4, 0), "quad8": (4, 4), "quad9": (4, 5)}
 """Corners and further nodes of the cells that are read, which are in Gmsh's order."""
+OTHER_SOLIDS = ("wedge", "pyramid")
+FACETS: dict[str, list[tuple[int, ...]]] = {
+    "tetra": [
+        (0, 2, 1, -1, 6, 5, 4),
+        (0, 1, 3, -1, 4, 8, 7),
+        (1, 2, 3, -1, 5, 9, 8),
+        (2, 0, 3, -1, 6, 7, 9),
+    ],
+    "hexahedron": [
+        (0, 3, 2, 1, 11, 10, 9, 8),
+        (4, 5, 6, 7, 12, 13, 14, 15),
+        (0, 1, 5, 4, 8, 17, 12, 16),
+        (1, 2, 6, 5, 9, 18, 13, 17),
+        (2, 3, 7, 6, 10, 19, 14, 18),
+        (3, 0, 4, 7, 11, 16, 15, 19),
+    ],
+}
+"""Corners of the facets of solid cells and middles of their sides, in meshio's order of nodes."""
 
 
 def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     """The closed surface of a mesh as meshio has it, its normals outward.
+
+    If there are tetrahedra or hexahedra, only facets of exactly one of them count, and those in no
+    group are the part `UNNAMED`.
 
     Raises
     ------
@@ -29,54 +51,25 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     names = {
         int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 2
     }
-    points, cells, parts, nameless = np.asarray(mesh.points, dtype=float), [], [], 0
-    for block, physical in zip(
-        mesh.cells,
-        mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells)),
-        strict=True,
-    ):
-        if block.type not in _CELLS:
-            if block.type.startswith(("triangle", "quad")):
-                raise InputError(
-                    f"{file}: cells of type {block.type}; surface cells of first or second order "
-                    "are read"
-                )
-            continue
-        tag = (
-            np.zeros(len(block.data), dtype=np.int64)
-            if physical is None
-            else np.asarray(physical, dtype=np.int64)
-        )
-        nameless += int(np.count_nonzero(tag == 0))
-        (corners, more), nodes = (
-            _CELLS[block.type],
-            np.asarray(block.data, dtype=np.int64)[tag != 0],
-        )
-        piece = np.full((len(nodes), 9), -1, dtype=np.int64)
-        piece[:, :corners], piece[:, 4 : 4 + more] = nodes[:, :corners], nodes[:, corners:]
-        if block.type == "quad8":
-            piece[:, 8] = len(points) + np.arange(len(nodes))
-            points = np.vstack(
-                [
-                    points,
-                    0.5 * points[piece[:, 4:8]].sum(axis=1)
-                    - 0.25 * points[piece[:, :4]].sum(axis=1),
-                ]
-            )
-        cells.append(piece)
-        parts.append(tag[tag != 0])
-    if not sum(map(len, cells)):
+    cells, tags = _surface_cells(mesh, file)
+    named, rim = tags != 0, solid_rim(mesh)
+    nameless = len(tags) - int(named.sum()) if rim is None else 0
+    cells, tags = cells[named], tags[named]
+    if not len(cells):
         raise InputError(
             f"{file}: the mesh does not lie in a plane z = const, and no triangle or "
             "quadrilateral is in a physical surface; in space those are the parts of the boundary"
         )
-    facets, owner = _divided(points, np.vstack(cells))
-    numbers, part = np.unique(np.concatenate(parts)[owner], return_inverse=True)
+    if rim is not None:
+        cells, tags = _on_rim(cells, tags, rim)
+    points, cells = _with_centres(np.asarray(mesh.points, dtype=float), cells)
+    facets, owner = _divided(points, cells)
+    numbers, part = np.unique(tags[owner], return_inverse=True)
     whole = FacetSurface(
         points,
         facets[:, :4],
         part,
-        tuple(names.get(int(tag), str(tag)) for tag in numbers),
+        tuple(names.get(tag, str(tag) if tag else UNNAMED) for tag in numbers.tolist()),
         facets[:, 4:],
     )
     try:
@@ -91,6 +84,76 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     points, facets = whole.points, np.column_stack([whole.facets, whole.middles])
     curved = (_bent(points, facets) | _crooked(points, facets))[:, None]
     return replace(whole, middles=np.where(curved, whole.middles, -1))
+
+
+def _surface_cells(mesh: Any, file: str) -> tuple[Index, Index]:
+    """Return triangles and quadrilaterals, (n, 9) corners, middles and centre or -1, and the number
+    of the physical surface of each, or 0.
+
+    Raises
+    ------
+    InputError
+        If there are cells of an order that is not read.
+    """
+    cells, tags = [np.empty((0, 9), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    physical = mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells))
+    for block, own in zip(mesh.cells, physical, strict=True):
+        if block.type not in _CELLS:
+            if block.type.startswith(("triangle", "quad")):
+                raise InputError(
+                    f"{file}: cells of type {block.type}; surface cells of first or second order "
+                    "are read"
+                )
+            continue
+        corners, more = _CELLS[block.type]
+        piece = np.full((len(block.data), 9), -1, dtype=np.int64)
+        piece[:, :corners] = block.data[:, :corners]
+        piece[:, 4 : 4 + more] = block.data[:, corners:]
+        cells.append(piece)
+        tags.append(np.zeros(len(piece), dtype=np.int64) if own is None else np.asarray(own))
+    return np.vstack(cells), np.concatenate(tags).astype(np.int64)
+
+
+def solid_rim(mesh: Any) -> Index | None:
+    """Return the facets (n, 9) of exactly one tetrahedron or hexahedron, as of `_surface_cells`.
+
+    The result is None if there are no such cells, or other solid ones.
+    """
+    facets = [np.empty((0, 9), dtype=np.int64)]
+    for block in mesh.cells:
+        kind = block.type.rstrip("0123456789")
+        if kind in OTHER_SOLIDS:
+            return None
+        for nodes in FACETS.get(kind, ()):
+            piece = np.full((len(block.data), 9), -1, dtype=np.int64)
+            known = [k for k, node in enumerate(nodes) if -1 < node < block.data.shape[1]]
+            piece[:, known] = block.data[:, [nodes[k] for k in known]]
+            facets.append(piece)
+    every = np.vstack(facets)
+    _, first, count = np.unique(
+        np.sort(every[:, :4], axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return every[first[count == 1]] if len(every) else None
+
+
+def _on_rim(cells: Index, tags: Index, rim: Index) -> tuple[Index, Index]:
+    """Return the cells that lie on the rim of solids, with what of it has no group as 0."""
+    keys = np.sort(np.vstack([cells[:, :4], rim[:, :4]]), axis=1)
+    _, which = np.unique(keys, axis=0, return_inverse=True)
+    own, others = np.split(which.ravel(), [len(cells)])
+    on, left = np.isin(own, others), ~np.isin(others, own)
+    return (
+        np.vstack([cells[on], rim[left]]),
+        np.concatenate([tags[on], np.zeros(left.sum(), dtype=np.int64)]),
+    )
+
+
+def _with_centres(points: Array, cells: Index) -> tuple[Array, Index]:
+    """Return points and cells with centres of quadrilaterals that have middles but no centre."""
+    bare = (cells[:, 3] >= 0) & (cells[:, 4] >= 0) & (cells[:, 8] < 0)
+    corners, middles = points[cells[bare, :4]], points[cells[bare, 4:8]]
+    cells[bare, 8] = len(points) + np.arange(bare.sum())
+    return np.vstack([points, 0.5 * middles.sum(axis=1) - 0.25 * corners.sum(axis=1)]), cells
 
 
 def _crooked(points: Array, cells: Index) -> Mask:

@@ -6,6 +6,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..arrays import Array
 from .shapes import Ball, Crossing, Rod, Shape, between
@@ -17,6 +18,17 @@ class RoundedBox(Shape):
 
     It is the union of three boxes, twelve rods along the edges and eight balls at the corners.
 
+    Attributes
+    ----------
+    lower, upper : (3,) tuples
+        Opposite corners, before it is turned [length].
+    fillet : float
+        Radius of edges and corners [length].
+    centre : (3,) tuple
+        Point about which it is turned [length].
+    turn : (3,) tuple
+        Vector of the rotation, counter-clockwise about its direction [rad].
+
     Examples
     --------
     >>> x, up = np.array([[1.0, 1.0, 0.0], [0.1, 1.0, 0.0]]), np.array(2 * [[0.0, 0.0, 1.0]])
@@ -27,6 +39,8 @@ class RoundedBox(Shape):
     lower: tuple[float, ...]
     upper: tuple[float, ...]
     fillet: float = 0.0
+    centre: tuple[float, ...] = (0.0, 0.0, 0.0)
+    turn: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @property
     def dim(self) -> int:
@@ -35,6 +49,8 @@ class RoundedBox(Shape):
 
     def crossing(self, x: Array, ray: Array) -> Crossing:
         """Return where lines through points (m, 3) along unit vectors (m, 3) cross it."""
+        back = Rotation.from_rotvec(self.turn).inv()
+        x, ray = back.apply(x - np.array(self.centre)) + np.array(self.centre), back.apply(ray)
         low, high = np.array(self.lower) + self.fillet, np.array(self.upper) - self.fillet
         parts = [
             self._in_box(x, ray, low - grown, high + grown) for grown in np.eye(3) * self.fillet

@@ -288,7 +288,7 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     ValueError
         If the part has no such condition, or it would become another kind.
     """
-    old = _changing(body, change.part, f"{key}.part")
+    old = _changing(body, change, f"{key}.part")
     names = ("value", "pressure", "traction")
     given = {name: v for name in names if (v := getattr(change, name)) is not None}
     subject = f"the condition of {change.part!r}"
@@ -325,13 +325,18 @@ def condition_after(body: Body, change: Any, key: str) -> Displacement | Tractio
     return changed_condition(body, change, key)
 
 
-def _changing(body: Body, part: str, key: str) -> Displacement | Traction | Periodic:
-    """The condition of a part, if it is one that steps change."""
-    old = body.condition(part)
+def _changing(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:
+    """The condition of a part, if it is one that steps change; a pressure loads free parts, too."""
+    part, old = change.part, body.condition(change.part)
+    if old is None and change.pressure is not None:
+        return Traction(part, pressure=0.0)
     if not isinstance(old, Displacement | Traction | Periodic):
         names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction | Periodic)]
         hint = among(part, names, f"those of body {body.name!r} are")
-        raise ValueError(f"{key}: no displacement or traction condition on {part!r}{hint}")
+        raise ValueError(
+            f"{key}: no displacement or traction condition on {part!r}{hint}; a free part takes a "
+            "pressure, or give it a condition before"
+        )
     return old
 
 

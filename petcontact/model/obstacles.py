@@ -138,10 +138,11 @@ class Obstacle(Model):
         The curve is at most so far away from the points; with 0 it goes through all [length].
     along : vector, in 3D
         Direction along which a polygon or a profile is the same [-]. Its x and y are the other two
-        axes in their order; for along = [0, 1, 0] they are x and z.
+        axes in their order; for along = [0, 1, 0] they are x and z. Of a box the direction about
+        which `angle` turns it, by default z.
     angle : float, optional
-        Turns a polygon, a rectangle or a profile about `centre`, counter-clockwise, before it
-        moves [degrees].
+        Turns a polygon, a box or a profile about `centre`, counter-clockwise, before it moves
+        [degrees].
     hollow : bool
         Whether the body lies inside of the shape. A cylinder is then open at its ends.
     """

@@ -31,7 +31,7 @@ MAY: dict[str | None, tuple[str, ...]] = {
     **dict.fromkeys(SHAPED, ("hollow",)),
     "plane": ("point",),
     "polygon": ("fillet", "along", "angle", "hollow"),
-    "box": ("fillet", "angle", "hollow"),
+    "box": ("fillet", "along", "angle", "hollow"),
     "points": ("columns", "smooth", "along", "angle", "hollow"),
 }
 """Keys that a shape may have besides."""
@@ -125,12 +125,14 @@ def _box(tool: Any, axial: bool) -> Shape:
             f"fillet: must be at most half of the shortest side, {0.5 * (high - low).min():g}, "
             f"got {fillet:g}"
         )
+    if len(low) == 2 and tool.along is not None:
+        raise InputError("along: is for boxes in space, whose corners have three coordinates")
     if len(low) == 2:
         corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
         return _rounded(tool, _turned(tool, corners, np.eye(2)), axial)
-    if tool.angle is not None:
-        raise InputError("angle: turns boxes in the plane; a polygon with along is turned in space")
-    return RoundedBox(tool.lower, tool.upper, fillet)
+    along = np.array(tool.along or (0.0, 0.0, 1.0))
+    turn = math.radians(tool.angle or 0.0) * along / np.linalg.norm(along)
+    return RoundedBox(tool.lower, tool.upper, fillet, tuple(tool.centre_in(3)), tuple(turn))
 
 
 def _points(tool: Any, axial: bool) -> Shape:

@@ -123,6 +123,8 @@ class SolutionData(Evaluated):
         """Nodal fields of all interfaces after an increment, the last one by default, below one
         another.
 
+        Where a contact has several primaries, a node stands in the row of the one that it meets.
+
         Returns
         -------
         dict of str to (m, ...) array
@@ -157,7 +159,7 @@ class SolutionData(Evaluated):
                     **{key: np.full(len(nodes), text) for key, text in names.items()},
                 }
             )
-        return below(columns) or _no_rows(next(iter(self.meshes.values())).dim)
+        return _once(below(columns)) or _no_rows(next(iter(self.meshes.values())).dim)
 
     @functools.cached_property
     def contact(self) -> ContactFields:
@@ -259,6 +261,17 @@ class SolutionData(Evaluated):
             f"<{type(self).__name__}{title}: {self.status} after {self.iterations} "
             f"iterations{increments}, {bodies}{elements} elements, {nodes} contact nodes>"
         )
+
+
+def _once(table: dict[str, Any]) -> dict[str, Any]:
+    """Return the rows of nodes that meet something, and one of each node that meets nothing."""
+    if not table:
+        return table
+    kept, bodies = np.isfinite(table["gap"]), np.unique(table["body"], return_inverse=True)[1]
+    order = np.argsort(~kept, kind="stable")
+    places = np.column_stack([bodies, table["nodes"]])[order]
+    kept[order[np.unique(places, axis=0, return_index=True)[1]]] = True
+    return {key: values[kept] for key, values in table.items()}
 
 
 def _no_rows(d: int) -> dict[str, Any]:

@@ -45,7 +45,9 @@ def pairs_table(solution: SolutionData, step: StepResult) -> Table:
     """The contact nodes of all pairs: geometry, pressure, shear and its bound, gap, slip, state,
     displacement."""
     columns = solution.columns(step)
-    u = [step.bodies[solution.sides[name][0]].u[solution.nodes[name]] for name in step.pairs]
+    places = zip(columns["body"].tolist(), columns["nodes"].tolist(), strict=True)
+    components = next(iter(step.bodies.values())).u.shape[1]
+    u = np.reshape([step.bodies[body].u[node] for body, node in places], (-1, components))
     tangential = {
         key: along_tangents(key, columns[key]) for key in ("sigma_t", "slip", "slip_increment")
     }
@@ -63,7 +65,7 @@ def pairs_table(solution: SolutionData, step: StepResult) -> Table:
         **tangential["slip"],
         **tangential["slip_increment"],
         "state": words[columns["state"]],
-        **named("u", np.concatenate(u)),
+        **named("u", u),
         **({"worn_depth": columns["worn_depth"]} if wears else {}),
     }
 

@@ -7,6 +7,7 @@ import pkgutil
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +81,31 @@ def resultants(solution: Solution) -> dict[str, float]:
     }
     single = len(solution.pairs) == 1
     return {key if single else f"{key}_{name}": float(v) for (key, name), v in forces.items()}
+
+
+def over_steps(solution: Solution) -> dict[str, float]:
+    """Return what the path to the last solution has reached.
+
+    Returns
+    -------
+    dict of str to float
+        load_factor: share of a step with `until` after which a whole contact slips, 1 if none does
+        [-]. peak_force_x, peak_force_y: the component of `resultants` that was largest by size
+        after any increment of the load steps. Of several such steps or contacts names follow.
+    """
+    steps, given = solution.steps, solution.problem.step
+    ended = {
+        step.name or str(number): max(s.load_factor for s in own)
+        for number, step in enumerate(given, 1)
+        if step.until and (own := [s for s in steps if s.step == number])
+    }
+    single = len(ended) == 1
+    factors = {"load_factor" if single else f"load_factor_{k}": v for k, v in ended.items()}
+    paths = [resultants(replace(solution, steps=[step], failed=None)) for step in steps]
+    return factors | {
+        f"peak_{key}": max((path[key] for path in paths), key=abs)
+        for key in (paths[0] if given and paths else ())
+    }
 
 
 def wear(solution: Solution) -> dict[str, float]:
@@ -188,6 +214,8 @@ COLUMNS = (
     "sum",
 )
 """What else a row of a sweep has, in its log and in its table."""
+BEGINNINGS = ("force_", "moment", "peak_", "load_factor", "von_mises_", "history_", "worn_")
+"""How names of columns begin that not all problems have."""
 
 
 def von_mises_at(solution: Solution, points: Sequence[Sequence[float]]) -> dict[str, float]:
@@ -255,7 +283,7 @@ def is_column(name: str) -> bool:
     """Return whether the table of some sweep has a column of this name."""
     own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error", "warnings", "unbounded"}
     own |= {"stress_intensity", "stress_exponent"}
-    return name in own or name.startswith(("force_", "moment", "von_mises_", "history_", "worn_"))
+    return name in own or name.startswith(BEGINNINGS)
 
 
 def row_of(
@@ -282,6 +310,7 @@ def row_of(
         "reason": solution.reason,
         **contact_quantities(solution),
         **resultants(solution),
+        **over_steps(solution),
         **wear(solution),
         **trust(solution),
         **unbounded_pressure(solution),

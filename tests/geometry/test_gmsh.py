@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from pathlib import Path
@@ -169,6 +170,57 @@ def test_each_body_in_space_is_what_lies_around_its_volume(tmp_path):
         used = surface.points[np.unique(surface.facets[surface.facets >= 0])]
         assert len(surface.facets) == 4 and set(surface.parts) == {"rim", "joint"}
         assert {0.0, tip} == set(used[:, 2].tolist())
+
+
+CUBE = np.array(list(itertools.product((0, 1), repeat=3)), dtype=float)
+HEXAHEDRON = [0, 4, 6, 2, 1, 5, 7, 3]
+TETRAHEDRA = [[0, 4, 6, 1], [0, 6, 2, 1], [4, 5, 6, 1], [6, 5, 7, 1], [2, 6, 3, 1], [6, 7, 3, 1]]
+
+
+@pytest.mark.parametrize("second", [False, True])
+@pytest.mark.parametrize(("kind", "cells"), [("hexahedron", [HEXAHEDRON]), ("tetra", TETRAHEDRA)])
+def test_sides_in_space_that_are_in_no_group_are_unnamed_where_cells_tell_the_boundary(
+    tmp_path, kind, cells, second
+):
+    """A cube of which the bottom only is in a group."""
+    points, corners = CUBE, np.array(cells)
+    bottom = [[0, 4, 6, 2]] if kind == "hexahedron" else [[0, 4, 6], [0, 6, 2]]
+    flat = "quad" if kind == "hexahedron" else "triangle"
+    blocks, order = [(flat, bottom), (kind, corners)], ""
+    if second:  # middles by meshio's order of nodes
+        edges = np.array([p[0] for p in sorted(EDGES[kind].items(), key=lambda p: p[1])])
+        ends = np.sort(corners[:, edges], axis=2).reshape(-1, 2)
+        unique, place = np.unique(ends, axis=0, return_inverse=True)
+        points = np.vstack([points, points[unique].mean(axis=1)])
+        middles = 8 + place.reshape(len(corners), -1)
+        kind, order = f"{kind}{corners.shape[1] + len(edges)}", "2"
+        known = {tuple(e): 8 + k for k, e in enumerate(unique.tolist())}
+        sides = [list(zip(b, [*b[1:], b[0]], strict=True)) for b in bottom]
+        more = [[known[min(e), max(e)] for e in own] for own in sides]
+        flat = "quad8" if flat == "quad" else "triangle6"
+        blocks = [
+            (flat, np.hstack([bottom, more])),
+            (kind, np.hstack([corners, middles])),
+        ]
+    tags = [[1] * len(bottom), [5] * len(corners)]
+    names = {"bottom": (1, 2), "cube": (5, 3)}
+    file = written(tmp_path / f"cube{order}.msh", points, blocks, tags, names)
+    for surface in (None, "cube"):
+        found = Gmsh(file, surface=surface).outline()
+        assert set(found.parts) == {"bottom", "unnamed"}
+        assert len(found.facets) == (6 if flat.startswith("quad") else 12)
+        own = found.part == found.parts.index("bottom")
+        assert np.all(found.points[found.facets[own][found.facets[own] >= 0], 2] == 0.0)
+
+
+EDGES = {
+    "tetra": {(0, 1): 4, (1, 2): 5, (2, 0): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9},
+    "hexahedron": {
+        **{(0, 1): 8, (1, 2): 9, (2, 3): 10, (3, 0): 11, (4, 5): 12, (5, 6): 13},
+        **{(6, 7): 14, (7, 4): 15, (0, 4): 16, (1, 5): 17, (2, 6): 18, (3, 7): 19},
+    },
+}
+"""Numbers of the middles of edges in a cell, as VTK has them."""
 
 
 def test_a_name_that_is_not_there_is_named_with_those_that_are(squares):

@@ -107,3 +107,28 @@ def test_what_cannot_go_on_is_refused(given, said):
     text = bar("plane").partition("[[step]]")[0]
     with pytest.raises(InputError, match=said):
         posed(f'{text}[[step]]\n[[step.boundary]]\npart = "top"\n{given}\n')
+
+
+@pytest.mark.parametrize(
+    "change", ["value = ['hold', 'hold']", "by = [0.1, 0.0]", "pressure = 1.0"]
+)
+@pytest.mark.parametrize(
+    ("part", "told"), [("lft", "no part 'lft', did you mean 'left'"), ("bottom", "is in contact")]
+)
+def test_parts_that_a_step_cannot_change_are_refused(part, told, change):
+    text = block("pad", [0.0, 0.0], [1.0, 1.0], mesh="element_size = 0.5", top=[0.0, -0.1])
+    text += obstacle("floor", [0.0, 0.0]) + contact_pair("seat", "pad.bottom", "floor", 0.3)
+    with pytest.raises(InputError, match=rf"step\[1\].boundary\[0\].part: .*{told}"):
+        step = f'[[step]]\n[[step]]\n[[step.boundary]]\npart = "{part}"\n{change}\n'
+        solve(posed(text + step))
+
+
+def test_a_pressure_loads_a_part_that_was_free():
+    """As on one with a traction of zero."""
+    text = block("pad", [0.0, 0.0], [1.0, 1.0], mesh="element_size = 0.5", top=[0.0, -0.1])
+    free = '[[body.boundary]]\npart = "left"\ncondition = "traction"\nvalue = [0.0, 0.0]\n'
+    pair = obstacle("floor", [0.0, 0.0]) + contact_pair("seat", "pad.bottom", "floor", 0.3)
+    pair += '[[step]]\n[[step]]\n[[step.boundary]]\npart = "left"\npressure = 0.01\n'
+    found, wanted = (solve(posed(text + more + pair)) for more in ("", free))
+    np.testing.assert_allclose(found.pairs["seat"].force, wanted.pairs["seat"].force, rtol=1e-9)
+    assert abs(found.pairs["seat"].force[0]) > 1e-3

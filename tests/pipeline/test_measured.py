@@ -12,6 +12,7 @@ from problems import block, posed
 from petcontact import solve
 from petcontact.errors import InputError
 from petcontact.model.shapes.plane import SideBySide
+from petcontact.pipeline.pose.discretise import discretise
 
 E, NU, FORCE, R = 210_000.0, 0.3, 1000.0, 300.0
 HERTZ = np.sqrt(FORCE * E / (1.0 - NU**2) / (np.pi * R))
@@ -184,3 +185,36 @@ def test_a_side_may_begin_one_point_before_its_points():
     sides = SideBySide(loops=[[head, FOOT, right]]).outline().sides
     assert np.array_equal(sides[0].start, HEAD["points"][0])
     assert [s.part for s in sides if s.curvature == 0.0] == ["foot", "right"]
+
+
+def test_noise_of_a_side_that_is_turned_about_an_axis_is_told():
+    """A barrel between a half space and nothing: its side follows the noise of its points."""
+    z = np.linspace(-1.0, 1.0, 41)
+    noise = np.random.default_rng(1).normal(0.0, 2e-3, 41) * (np.abs(z) < 0.99)
+    told = []
+    for r in (2.0 - 0.2 * z**2, 2.0 - 0.2 * z**2 + noise):
+        text = f"""
+[[body]]
+name = "barrel"
+material = {{ young_modulus = 1000.0, poisson_ratio = 0.3 }}
+mesh = {{ element_size = 1.5 }}
+boundary = [{{ part = "bottom", condition = "displacement", value = [0.0, 0.0, 0.0] }}]
+[body.geometry]
+shape = "revolved"
+loops = [[ {{ part = "bottom", to = [{r[0]}, -1.0] }}, {{ part = "side", points = {rows(r, z)} }},
+    {{ part = "top", to = [0.0, 1.0] }}, {{ part = "axis", to = [0.0, -1.0] }} ]]
+[[obstacle]]
+name = "wall"
+shape = "plane"
+point = [2.0, 0.0, 0.0]
+normal = [-1.0, 0.0, 0.0]
+displacement = [-0.01, 0.0, 0.0]
+[[contact]]
+name = "pair"
+secondary = "barrel.side"
+primary = "wall"
+direction = [1.0, 0.0, 0.0]
+"""
+        discrete = discretise(posed(text))
+        told.append([f.text for f in discrete.findings if "have a noise" in f.text])
+    assert told[0] == [] and len(told[1]) == 1

@@ -165,3 +165,27 @@ def test_an_obstacle_among_several_needs_a_shape() -> None:
             obstacle=[Obstacle("floor")],
             contact=[Pair("seat", "beam.bottom", ["floor", "left_bench.top"])],
         )
+
+
+@pytest.mark.usefixtures("unestimated", "unsampled")
+def test_a_node_stands_once_in_the_contact_of_a_body_on_several_tools(tmp_path: Path) -> None:
+    rollers = [
+        Obstacle(name, shape="circle", centre=(x, -2.0), radius=2.0)
+        for name, x in (("left", -1.0), ("right", 1.0))
+    ]
+    problem = Problem(
+        material=BEAM.material,
+        geometry=BEAM.geometry,
+        mesh=MESH,
+        boundary=[*BEAM.boundary, Traction("right", (0.0, 0.0))],
+        obstacle=rollers,
+        contact=[Pair("seat", "bottom", ("left", "right"), friction_coefficient=0.2)],
+    )
+    solution = solve(problem)
+    solution.save(tmp_path / "beam.h5")
+    with h5py.File(tmp_path / "beam.h5") as file:
+        contact = {key: values[:] for key, values in file["contact"].items() if key != "part"}
+    assert len(np.unique(contact["x"], axis=0)) == len(contact["x"]) == 32
+    assert contact["weight"].sum() == pytest.approx(4.0)
+    assert -contact["weight"] @ contact["sigma_n"] == pytest.approx(4.0)
+    assert solution.columns()["pair"].tolist().count("seat: right on bottom") > 0

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
 import scipy
 from problems import block, obstacle, posed
+from scipy.spatial.transform import Rotation
 from shapes import cuboid, drawn, moved, problem, rectangle, solid, touching
 
 from petcontact import Obstacle, solve
@@ -13,6 +16,7 @@ from petcontact.errors import InputError
 from petcontact.given.rounded_box import RoundedBox
 from petcontact.given.shapes import Aimed, Ball, Distance, HalfSpace, Rod
 from petcontact.given.sites import Sites
+from petcontact.model.tools import shape_of
 from petcontact.pipeline.judge.remainders import gap_remainders
 
 R, DEPTH = 2.0, 0.01
@@ -215,6 +219,7 @@ def test_a_hollow_circle_holds_a_pin():
         HalfSpace((0.1, 0.2, 0.3), (1.0, 2.0, -0.5)),
         Rod((-0.5, 0.0, -0.2), (0.4, 0.3, 0.6), 0.5),
         RoundedBox((-0.7, -0.5, -0.4), (0.6, 0.8, 0.5), 0.3),
+        RoundedBox((-0.7, -0.5, -0.4), (0.6, 0.8, 0.5), 0.3, (0.3, -0.2, 0.1), (0.3, -0.5, 1.1)),
     ],
 )
 def test_a_ray_ends_on_the_surface(shape, hollow):
@@ -243,12 +248,42 @@ def _inside(shape, points):
     if isinstance(shape, HalfSpace):
         return (points - np.array(shape.point)) @ np.array(shape.normal) < 0.0
     if isinstance(shape, RoundedBox):
+        away = (points - shape.centre).reshape(-1, 3)  # turned back
+        points = Rotation.from_rotvec(shape.turn).apply(away, inverse=True).reshape(points.shape)
+        points = points + shape.centre
         low, high = np.add(shape.lower, shape.fillet), np.subtract(shape.upper, shape.fillet)
         return np.linalg.norm(points - np.clip(points, low, high), axis=-1) < shape.fillet
     axis = np.subtract(shape.end, shape.start)
     height = (points - np.array(shape.start)) @ axis / (axis @ axis)
     off = np.linalg.norm(points - shape.start - height[..., None] * axis, axis=-1)
     return (height > 0.0) & (height < 1.0) & (off < shape.radius)
+
+
+@pytest.mark.usefixtures("unestimated", "unsampled")
+def test_a_box_in_space_is_turned_as_a_polygon_along_the_axis_is():
+    """By 90 degrees it is the box that stands the other way, by others the prism."""
+    tool = 'shape = "{}"\ncentre = [0.1, 0.0, 0.0]\nangle = {}\n{}'
+    box = "lower = [-0.4, 0.0, -0.3]\nupper = [0.6, 0.4, 0.3]"
+    prism = "vertices = [[-0.4, 0.0], [0.6, 0.0], [0.6, 0.4], [-0.4, 0.4]]\nalong = [0, 0, 1]"
+    shapes = [
+        tools_of(tool.format(shape, angle, keys))
+        for angle in (90.0, 25.0)
+        for shape, keys in (("box", box), ("polygon", prism))
+    ]
+    rng = np.random.default_rng(3)
+    x, ray = rng.uniform(-1.0, 1.0, (200, 3)), np.zeros((200, 3))
+    x[:, 2], ray[:, :2] = 0.0, rng.normal(size=(200, 2))
+    ray /= np.linalg.norm(ray, axis=1)[:, None]
+    for turned, wanted in (shapes[:2], shapes[2:]):
+        ends = zip(turned.crossing(x, ray)[:2], wanted.crossing(x, ray)[:2], strict=True)
+        for found, right in ends:
+            met = np.isfinite(right)
+            assert np.allclose(found[met], right[met], atol=1e-12)
+            assert met.mean() > 0.2
+
+
+def tools_of(keys):
+    return shape_of(Obstacle(name="tool", **tomllib.loads(keys)), axial=False)
 
 
 def test_a_bore_is_open_at_its_ends():

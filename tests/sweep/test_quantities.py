@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from examples import example
-from problems import block, contact_pair, load_step, obstacle
+from problems import block, contact_pair, load_step, obstacle, posed
 from sweep_files import CONFIGS, quietly, sweep_of
 
 from petcontact import load_case
 from petcontact.fields.interior import field_at
 from petcontact.pipeline.solve import solve
-from petcontact.sweep.quantities import contact_quantities, von_mises_at
+from petcontact.sweep.quantities import contact_quantities, over_steps, resultants, von_mises_at
 from petcontact.sweep.store.case_table import read_case_table
 
 
@@ -46,6 +46,22 @@ def test_von_mises_at_points(solution):
         deviator = s - np.trace(s) / 3.0 * np.eye(3)
         assert value == pytest.approx(np.sqrt(1.5 * (deviator**2).sum()), rel=1e-12)
     assert von_mises_at(solution, []) == {}
+
+
+@pytest.mark.usefixtures("unestimated", "unsampled")
+def test_of_a_step_that_ends_where_the_contact_slides():
+    """The friction of a block is its coefficient times the weight of 4."""
+    text = block("block", [0.0, 0.0], [4.0, 1.0], mesh="element_size = 0.5")
+    free = '[[body.boundary]]\npart = "{}"\ncondition = "traction"\nvalue = [0.0, {}]\n'
+    text += free.format("top", -1.0) + free.format("left", 0.0) + obstacle("floor", [0.0, 0.0])
+    text += contact_pair("seat", "block.bottom", "floor", 0.3) + load_step("press")
+    push = '[[step]]\nname = "push"\n{}[[step.boundary]]\npart = "left"\nvalue = [{}, 0.0]\n'
+    solution = solve(posed(text + push.format('until = "sliding"\n', 2.0) + push.format("", -0.5)))
+    found = over_steps(solution)
+    assert found["load_factor"] == pytest.approx(0.6, rel=2e-4)
+    assert found["peak_force_x"] == pytest.approx(-1.2, rel=2e-4)
+    assert found["peak_force_y"] == pytest.approx(4.0)
+    assert resultants(solution)["force_x"] == pytest.approx(0.5)
 
 
 PUNCH = (

@@ -133,7 +133,8 @@ class RevolvedSurface(RoundSurface):
                 break
         if filling is None and not self._is_whole:
             raise InputError(
-                f"mesh.element_size: {size:g} is too coarse for the section's plane faces"
+                f"mesh.element_size: {size:g} is too coarse for the section's plane faces; give a "
+                "smaller one, or a larger `smooth` to sides through points"
             )
         yield from self._round(rows)
         if filling is not None:
@@ -145,12 +146,17 @@ class RevolvedSurface(RoundSurface):
                     self._padded(self._placed(six[..., 0], six[..., 1], steps, 1)),
                 )
 
+    def in_section(self, points: Array) -> Array:
+        """Radius and height (..., 2) of points (..., 3) [length]."""
+        away = (points - self.centre) @ self.frame.T
+        return np.stack([np.hypot(away[..., 0], away[..., 1]), away[..., 2]], axis=-1)
+
     def onto(self, part: Index, points: Array) -> Array:
         """Onto the side of the section that a whole panel is nearest to, and onto all rims there;
         the axis stays."""
         away = (points - self.centre) @ self.frame.T
-        radius = np.hypot(away[..., 0], away[..., 1])
-        section_points = np.stack([radius, away[..., 2]], axis=-1)
+        section_points = self.in_section(points)
+        radius = section_points[..., 0]
         nearest, least = section_points.copy(), np.full(len(section_points), np.inf)
         flat = np.flatnonzero(part >= len(self._round_parts))
         for side in (side for side in self.section.sides if not on_axis(side, self.section)):

@@ -32,7 +32,7 @@ class Gmsh(Shape):
     In space the triangles and quadrilaterals of the physical surfaces become panels, curved where
     cells of second order are; in 2D each boundary line of the mesh is a side of its own and
     so one element at least, and lines of second order become circular arcs through their three
-    nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+    nodes. Where the file has the cells of the body, only what belongs to one of them counts.
 
     Or a solid of a CAD file (.step, .stp, .iges, .igs, .brep), by Gmsh (`scripts/setup --cad`):
     curved triangles of about mesh.element_size (default: a twelfth of the diagonal of the box
@@ -87,7 +87,7 @@ class Gmsh(Shape):
     def outline(self, axial: bool = False) -> Outline | FacetSurface | CadSurface:
         """The outline, or the surface where the nodes do not lie in a plane z = const; of a half
         section of a body of revolution the lines on the axis x = 0 need no physical group. Where
-        the file has cells, boundary lines in no group are the part "unnamed", which is free.
+        the file has cells, what of their boundary is in no group is the part "unnamed", free.
 
         Raises
         ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from ...arrays import Array, shown
 from ...contact.law_protocol import OPEN
 from ...geometry.noise import Noise
-from ...geometry.smooth_curve import SmoothSide
+from ...geometry.smooth_curve import SmoothCurve, SmoothSide
 from ...geometry.surface import Boundary
 from ...given.interface_data import PosedInterface
 from ...results.records import PairResult
@@ -67,17 +68,23 @@ def spread_by_noise(
 def _measured(
     sides: Sequence[PosedInterface], boundaries: Sequence[Boundary]
 ) -> Iterator[tuple[PosedInterface, str, NoiseAt]]:
-    """Yield each curve through points that an interface has, and its name for messages.
-
-    Sides of surfaces in space have other coordinates than their nodes, and are left out.
-    """
+    """Yield each curve through points that an interface has, and its name for messages."""
     for side in sides:
         if side.law.gap is not None:
             yield side, "the gap", side.law.gap.noise_at
         for body, part in side.ends:
-            own = [s for s in getattr(boundaries[body], "sides", ()) if s.part == part]
+            boundary = boundaries[body]
+            section = getattr(boundary, "section", boundary)
+            in_section = getattr(boundary, "in_section", np.asarray)
+            own = [s for s in getattr(section, "sides", ()) if s.part == part]
             for curve in {s.curve: None for s in own if isinstance(s, SmoothSide)}:
-                yield side, f"part {part!r}", curve.noise_at
+                yield side, f"part {part!r}", functools.partial(_seen, curve, in_section)
+
+
+def _seen(
+    curve: SmoothCurve, in_section: Callable[[Array], Array], x: Array, reach: float
+) -> Noise:
+    return curve.noise_at(in_section(x), reach)
 
 
 def _half_width(pair: PairResult, most: int) -> float:

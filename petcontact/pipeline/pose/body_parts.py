@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from ...bem.compatibility import check_revolution
@@ -107,13 +108,40 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
             raise InputError(
                 f"{key}: {part!r} of body {body.name!r} has a boundary condition already"
             )
-    met = [*taken, *(part for _, _, part in ends)]
+    _check_changes(problem, number, boundary, [(side, part) for side, _, part in ends])
+    if problem.is_flat:
+        _check_missing(boundary, [*taken, *(part for _, _, part in ends)])
+
+
+def _check_missing(boundary: Boundary, met: Collection[str]) -> None:
+    """Refuse parts without a condition or a contact."""
     missing = [part for part in boundary.parts if part not in (*met, UNNAMED)]
-    if missing and problem.is_flat:
+    has, it_is = ("have", "they are") if len(missing) > 1 else ("has", "it is")
+    if missing:
         raise InputError(
-            f"boundary: part {missing[0]!r} has no condition; if it is free write [[boundary]] "
-            f'part = "{missing[0]}", condition = "traction", value = {[0.0] * boundary.dim}'
+            f"boundary: part{'s' * (len(missing) > 1)} {', '.join(map(repr, missing))} {has} no "
+            f'condition; if {it_is} free write [[boundary]] part = "{missing[0]}", condition = '
+            f'"traction", value = {[0.0] * boundary.dim}'
         )
+
+
+def _check_changes(
+    problem: Problem, number: int, boundary: Boundary, ends: list[tuple[PosedInterface, str]]
+) -> None:
+    """Refuse steps that change parts of a body that do not exist, or are in contact."""
+    body, touching = problem.body[number], {part for side, part in ends if not side.is_condition}
+    changes = [
+        (f"step[{s}].boundary[{k}].part", change.part)
+        for s, step in enumerate(problem.step)
+        for k, change in enumerate(step.boundary)
+        if change.body == body.name or not (change.body or number)
+    ]
+    for key, part in changes:
+        _known_part(f"{key}: body {body.name!r}", part, boundary.parts)
+        if part in touching:
+            raise InputError(
+                f"{key}: {part!r} of body {body.name!r} is in contact, and cannot be held or loaded"
+            )
 
 
 def _end_in_words(problem: Problem, side: PosedInterface, role: str) -> str:

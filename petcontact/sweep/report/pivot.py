@@ -87,6 +87,10 @@ class Table:
         return cell.text() if cell is not None else ""
 
 
+TOLD = ("von_mises_", "worn_", "load_factor")
+"""How names of columns begin that are told where a sweep has them."""
+
+
 def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
     """What a report shows: the quantities NAME,... that are named.  Where none is, iterations if
     methods or their parameters are compared, else the contact itself, and what the sweep asks
@@ -104,7 +108,7 @@ def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
         name
         for name in table.names
         if name not in table.coordinates
-        and (not is_column(name) or name in PEAKS or name.startswith(("von_mises_", "worn_")))
+        and (not is_column(name) or name in PEAKS or name.startswith(TOLD))
     ]
     return (*OF_CONTACT, *asked, *known)
 
