@@ -88,6 +88,8 @@ class CompiledFiller:
     ----------
     name : str
         Of a function of the library with the arguments `native.FILLER`.
+    letters : str
+        Kinds of the members of `mesh`, as `native.function` has them.
     mesh : list
         The first members of the struct: what it knows of a kernel and a mesh.
     data : ColumnData
@@ -96,10 +98,13 @@ class CompiledFiller:
         What the struct points to beyond its members.
     """
 
-    def __init__(self, name: str, mesh: list[Any], data: ColumnData, kept: object = None) -> None:
-        function, address = native.function(name, native.FILLER), native.address(name)
-        self._name, self._function, self._members, self._kept = name, function, mesh, kept
+    def __init__(
+        self, name: str, letters: str, mesh: list[Any], data: ColumnData, kept: object = None
+    ) -> None:
+        self._struct, self._kept = (name, letters, mesh), kept
+        self._function = native.function(name, native.FILLER)
         self._record = native.Struct(
+            letters + "NDNDD",
             *mesh,
             native.contiguous(data.traction_known, np.int64),
             native.contiguous(data.frame),
@@ -107,23 +112,16 @@ class CompiledFiller:
             native.contiguous(data.rhs_traction),
             native.contiguous(data.rhs_displacement),
         )
-        self.compiled: tuple[int, int] | None = address, self._record.address
+        self.compiled: tuple[int, int] | None = native.address(name), self._record.address
 
     def with_data(self, data: ColumnData) -> CompiledFiller:
         """As in `ColumnFiller`."""
-        return CompiledFiller(self._name, self._members, data, self._kept)
+        return CompiledFiller(*self._struct, data, self._kept)
 
     def fill(
         self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None
     ) -> None:
         """As in `ColumnFiller`."""
         rows, columns = native.contiguous(rows, np.int64), native.contiguous(columns, np.int64)
-        self._function(
-            self._record.address,
-            len(rows),
-            native.pointer(rows),
-            len(columns),
-            native.pointer(columns),
-            native.pointer(system),
-            native.pointer(right_hand_sides),
-        )
+        counted = len(rows), rows, len(columns), columns
+        self._function(self._record.address, *counted, system, right_hand_sides)

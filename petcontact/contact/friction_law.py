@@ -12,7 +12,7 @@ import numpy as np
 from .. import native
 from ..arrays import Array
 
-_NORMS = native.function("petcontact_norms", "iiippp")
+_NORMS = native.function("petcontact_norms", "iiiDpp")
 
 
 def lengths(x: Array) -> Array:
@@ -108,9 +108,9 @@ def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[
     """
     k, grouped = arrays[0].shape[1], list[list[float]]()
     kept = [native.contiguous(x) for x in (weight, *arrays)]
-    weights, *pointers = map(native.pointer, kept)
+    pointers = map(native.pointer, kept[1:])
     filled = (ctypes.c_double * (k * len(arrays)))()
-    _NORMS(len(weight), k, len(arrays), weights, (ctypes.c_void_p * len(arrays))(*pointers), filled)
+    _NORMS(len(weight), k, len(arrays), kept[0], (ctypes.c_void_p * len(arrays))(*pointers), filled)
     norms = list(filled)
     for first in range(0, len(norms), k):
         own = norms[first : first + k]

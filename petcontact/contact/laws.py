@@ -14,8 +14,8 @@ from .friction_law import ball_derivative, lengths, project_ball
 from .law_protocol import SLIP, STICK, Admissible, ContactLaw, friction_bound
 from .linearisation import Linearisation
 
-_RESIDUAL = native.function("petcontact_coulomb_residual", "iipppppppp")
-_COULOMB = native.function("petcontact_coulomb", "ii" + 11 * "p")
+_RESIDUAL = native.function("petcontact_coulomb_residual", "iiDDDDDBBD")
+_COULOMB = native.function("petcontact_coulomb", "iiDDDBBDDBDBB")
 
 STEEP = 1e3
 """Coefficient of friction that replaces an infinite one where unilateral contact has a friction
@@ -211,7 +211,7 @@ class SignoriniCoulomb:
         self._check(v)
         kept = [native.contiguous(x) for x in (v, sigma, rho if rho.ndim else np.full(self.k, rho))]
         result = np.empty(v.shape)
-        _RESIDUAL(*v.shape, *map(native.pointer, kept), *self._given[1], native.pointer(result))
+        _RESIDUAL(*v.shape, *kept, *self._given, result)
         return result
 
     def _fill(
@@ -224,12 +224,8 @@ class SignoriniCoulomb:
     ) -> None:
         """Compute those of the law's arrays at τ that are given."""
         self._check(tau)
-        tau = native.contiguous(tau)
-        filled = map(
-            native.pointer,
-            (tau, projection, derivative, states, *(linearised or (None, None, None))),
-        )
-        _COULOMB(len(tau), self.k, next(filled), *self._given[1], *filled)
+        filled = projection, derivative, states, *(linearised or (None, None, None))
+        _COULOMB(len(tau), self.k, native.contiguous(tau), *self._given, *filled)
 
     def _check(self, vectors: Array) -> None:
         if self.k not in (2, 3) or vectors.shape != (len(self.bound), self.k):
@@ -239,19 +235,18 @@ class SignoriniCoulomb:
             )
 
     @cached_property
-    def _given(self) -> tuple[list[Array | Mask | None], list[int | None]]:
-        """Return the arrays that C reads, and their addresses."""
+    def _given(self) -> list[Array | Mask | None]:
+        """Return the arrays that C reads."""
         given = (
             (self.coefficient, float),
             (self.bound, float),
             (self.unilateral, bool),
             (self.absent, bool),
         )
-        arrays = [
+        return [
             None if array is None else np.ascontiguousarray(array, dtype=kind)
             for array, kind in given
         ]
-        return arrays, [native.pointer(array) for array in arrays]
 
 
 def dissipation(

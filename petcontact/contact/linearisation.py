@@ -11,8 +11,8 @@ from .. import native
 from ..arrays import Array, Mask, States
 from .law_protocol import ContactLaw
 
-_TRACTION = native.function("petcontact_first_traction", "iippppppppp")
-_LINEARISE = native.function("petcontact_linearise", "iipppppp")
+_TRACTION = native.function("petcontact_first_traction", "iiDDDDBBDDD")
+_LINEARISE = native.function("petcontact_linearise", "iiDDDDBB")
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,7 @@ class Linearisation:
             )
         arrays = [native.contiguous(array) for array in (tau, projection, derivative)]
         constant, active, stick = (np.empty(tau.shape, dtype=kind) for kind in (float, bool, bool))
-        _LINEARISE(
-            *tau.shape, *(native.pointer(array) for array in (*arrays, constant, active, stick))
-        )
+        _LINEARISE(*tau.shape, *arrays, constant, active, stick)
         return cls(tau, constant, derivative, active, stick, law.states(tau))
 
     @classmethod
@@ -77,21 +75,9 @@ class Linearisation:
 
     def traction(self, y: Array) -> Array:
         """Return Π' y, (m, k): the change of σ by y on the active components."""
-        kept = [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)]
-        result = np.empty(y.shape)
-        derivative, active, given = map(native.pointer, kept)
-        _TRACTION(
-            *y.shape,
-            derivative,
-            None,
-            None,
-            None,
-            active,
-            None,
-            given,
-            native.pointer(result),
-            None,
-        )
+        result, of_law = np.empty(y.shape), np.ascontiguousarray(self.derivative)
+        active, given = map(np.ascontiguousarray, (self.active, y))
+        _TRACTION(*y.shape, of_law, None, None, None, active, None, given, result, None)
         return result
 
     def first_traction(self, so_far: Array, rho: Array) -> tuple[Array, Array]:
@@ -103,5 +89,5 @@ class Linearisation:
         kept = [*map(np.ascontiguousarray, given)]
         sigma = np.empty(so_far.shape)
         slack = np.empty(so_far.shape)
-        _TRACTION(*so_far.shape, *map(native.pointer, (*kept, sigma, slack)))
+        _TRACTION(*so_far.shape, *kept, sigma, slack)
         return sigma, slack

@@ -183,7 +183,7 @@ class QuadraticCells:
         native/space/foot.h.
         """
         place, distance = np.empty((len(x), 2)), np.empty(len(x))
-        arrays = native.contiguous(self.shape), native.contiguous(x), place, distance
-        feet = native.function("petcontact_space_feet", "iipppp")
-        feet(len(x), self.n_corners, *(native.pointer(array) for array in arrays))
+        shape, x = native.contiguous(self.shape), native.contiguous(x)
+        feet = native.function("petcontact_space_feet", "iiDDDD")
+        feet(len(x), self.n_corners, shape, x, place, distance)
         return place, distance

@@ -26,9 +26,9 @@ from .row_layout import even_ranges, exchanged, gathered, summed_at, total
 TYPE = "petcontact"
 PANEL, BLOCK = 32, 128
 """Columns of native/lu.c."""
-_factorise = native.function("petcontact_lu_block", "piiipppppp")
-_update = native.function("petcontact_lu_update", "pippiipiipp")
-_back = native.function("petcontact_back", "piipiipp")
+_factorise = native.function("petcontact_lu_block", "piiiIDNDpp")
+_update = native.function("petcontact_lu_update", "piDIiipiiDp")
+_back = native.function("petcontact_back", "piiDiiDp")
 
 
 class BlockedLU:
@@ -89,10 +89,9 @@ class BlockedLU:
         wide, failed = min(BLOCK, self._n - first), np.zeros(1, dtype=np.int64)
         pivots, inverses = self._pivots[first : first + wide], self._inverses[first : first + wide]
         if self._owner(first) == self._rank:
-            block, work = self._columns[self._place(first) :, first:], np.empty(PANEL * BLOCK)
-            addresses = [native.pointer(a) for a in (block, pivots, inverses, failed, work)]
-            rows = self._n - first
-            _factorise(addresses[0], self._n, rows, wide, *addresses[1:], *_routines())
+            block = native.pointer(self._columns[self._place(first) :, first:])
+            sizes, work = (self._n, self._n - first, wide), np.empty(PANEL * BLOCK)
+            _factorise(block, *sizes, pivots, inverses, failed, work, *_routines())
         for array in (pivots, inverses, failed):
             self._mpi.Bcast(array, root=self._owner(first))
         if failed[0]:
@@ -118,12 +117,10 @@ class BlockedLU:
     def _update(self, first: int, block: Array, columns: Array) -> None:
         """What a factorised block does to whole columns (c, n), in their place."""
         if len(columns):
-            wide, lda = len(block), block.strides[0] // block.itemsize
-            arrays = (block, self._inverses[first:], self._pivots[first:], columns[:, first:])
-            block_, inverses, pivots, below = [native.pointer(array) for array in arrays]
-            work, count = np.empty(PANEL * len(columns)), len(columns)
-            sizes, room = (self._n - first, wide), (native.pointer(work), _routines()[1])
-            _update(block_, lda, inverses, pivots, *sizes, below, self._n, count, *room)
+            factors = native.pointer(block), block.strides[0] // block.itemsize
+            swaps = self._inverses[first:], self._pivots[first:], self._n - first, len(block)
+            below = native.pointer(columns[:, first:]), self._n, len(columns)
+            _update(*factors, *swaps, *below, np.empty(PANEL * len(columns)), _routines()[1])
 
     def begun(self, rhs: Array) -> Array:
         """L⁻¹ P of right-hand sides, this rank's columns of it (c', n). Collective.
@@ -162,8 +159,7 @@ class BlockedLU:
         corner, own = np.zeros((k, k)), self._columns[len(self._columns) - len(places) :, inner:]
         corner[gathered(places, self._mpi)] = gathered(own, self._mpi)
         result, work = np.array(begun[:, inner:]), np.empty(PANEL * (PANEL + len(begun)))
-        upper, x, room = map(native.pointer, (corner, result, work))
-        _back(upper, k, k, x, k, len(result), room, _routines()[1])
+        _back(native.pointer(corner), k, k, result, k, len(result), work, _routines()[1])
         petsc().Log.logFlops(float(k) ** 2 * len(result))
         every = gathered(result, self._mpi)
         return every[:, np.argsort(self._order)[self._last] - inner].T
@@ -189,8 +185,8 @@ class BlockedLU:
                 place, wide, count = self._place(first), rows.stop - first, flat.shape[1]
                 columns = self._columns[place : place + wide]
                 work = np.empty(PANEL * (PANEL + count))
-                upper, x, room = map(native.pointer, (columns[:, first:], part, work))
-                _back(upper, self._n, wide, x, wide, count, room, _routines()[1])
+                upper = native.pointer(columns[:, first:])
+                _back(upper, self._n, wide, part, wide, count, work, _routines()[1])
                 solved[rows] = part.T
                 flat[:first] -= columns[:, :first].T @ solved[rows]
         result = np.empty_like(solved)

@@ -14,7 +14,7 @@ from .. import native
 from ..arrays import Array
 from ..errors import SolverError
 
-_solve = native.function("petcontact_hessenberg_solve", "pidpp")
+_solve = native.function("petcontact_hessenberg_solve", "DidDD")
 
 
 class HessenbergForm:
@@ -41,9 +41,7 @@ class HessenbergForm:
             If the solution is not finite.
         """
         y = rhs @ self._basis
-        work = np.empty(3 * len(y))
-        arrays = (native.pointer(array) for array in (y, work))
-        _solve(native.pointer(self._columns), len(y), rho, *arrays)
+        _solve(self._columns, len(y), rho, y, np.empty(3 * len(y)))
         if not np.isfinite(y).all():
             raise SolverError(
                 "iterate", "the solution is not finite", "look at the data and the mesh"

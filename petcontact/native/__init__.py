@@ -2,7 +2,10 @@
 
 A caller asks for a function by name, once, when it is imported:
 
-    integrals = native.function("petcontact_plane_integrals", "pipipp")
+    solve = native.function("petcontact_hessenberg_solve", "DidDD")
+
+and hands it numpy's arrays. Each letter says what the argument must be: an array of another type,
+or one whose numbers do not lie one after another, is refused before C reads it.
 
 The C code allocates nothing, keeps nothing and knows neither Python nor numpy: ctypes hands it
 pointers, with Python's lock released. Its digits are the same on every machine (`elementary.h`).
@@ -28,14 +31,39 @@ SUFFIX = ".abi3.so"
 INTERFACE = 0x7D763989
 """`petcontact_interface` of the C files beside this one; a library of others expects other
 arguments."""
-FILLER = "pipippp"
+FILLER = "piNiNDD"
 """Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and
 two blocks."""
 Compiled = Callable[..., None]
 AnyArray = np.ndarray[Any, np.dtype[Any]]
 _byte_of: Callable[[Any], Any] = ctypes.c_char.from_buffer
 _address_of: Callable[[Any], int] = ctypes.addressof
-_TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
+_NUMBERS = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
+_ARRAYS = {"D": "d", "N": "lq", "I": "i", "B": "?bB", "V": "defhlq?bB"}
+"""Characters of numpy's types (`dtype.char`) of which the array of an argument may be."""
+
+
+class _Checked:
+    """The type of an argument that is an array; ctypes asks `from_param`."""
+
+    def __init__(self, letter: str) -> None:
+        self._letter = letter
+
+    def from_param(self, array: AnyArray | None) -> ctypes.c_void_p:
+        """The pointer to the numbers, or to nothing; TypeError where C would read others."""
+        return ctypes.c_void_p(_checked(array, self._letter))
+
+
+def _checked(array: AnyArray | None, letter: str) -> int | None:
+    if array is not None and not (array.dtype.char in _ARRAYS[letter] and array.flags.c_contiguous):
+        raise TypeError(
+            f"C takes arrays of kind {letter}, whose numbers lie one after another; got "
+            f"{array.dtype} {array.shape} with strides {array.strides}"
+        )
+    return pointer(array)
+
+
+_TYPES = _NUMBERS | {letter: _Checked(letter) for letter in _ARRAYS}
 
 
 @functools.cache
@@ -73,7 +101,9 @@ def function(name: str, arguments: str) -> Compiled:
     ----------
     name : str
     arguments : str
-        A letter for each: i for int64_t, d for double, p for a pointer (see `pointer`).
+        A letter for each: i for int64_t, d for double, p for an address (of a `Struct`, or from
+        `pointer`). D, N, I, B stand for arrays or None: of doubles, of int64_t, of int, of bytes; V
+        for arrays of any of these.
 
     Raises
     ------
@@ -92,8 +122,8 @@ def address(name: str) -> int:
 
 
 def pointer(array: AnyArray | None) -> int | None:
-    """The address of an array's first number; the caller keeps it alive, and sees to its type and
-    strides."""
+    """The address of an array's first number, for what no letter says: parts of rows, and tables of
+    addresses. The caller keeps the array alive."""
     if array is None:
         return None
     try:
@@ -107,14 +137,15 @@ def pointer(array: AnyArray | None) -> int | None:
 
 
 class Struct:
-    """A struct of C: pointers to arrays (which are kept alive), int64_t and double, in the order of
-    the members."""
+    """A struct of C: pointers to arrays (which are kept alive) and numbers, in the order of the
+    members, whose letters are those of `function`."""
 
-    def __init__(self, *members: AnyArray | int | float | None) -> None:
-        self.arrays = [member for member in members if isinstance(member, np.ndarray)]
-        numbers = [(type(m) is not int, m) if isinstance(m, int | float) else None for m in members]
-        values = [pointer(m) or 0 if isinstance(m, np.ndarray) else m or 0 for m in members]
-        kinds = "".join(["P" if pair is None else "qd"[pair[0]] for pair in numbers])
+    def __init__(self, letters: str, *members: AnyArray | int | float | None) -> None:
+        values, kinds, self._members = [], "", members
+        for letter, member in zip(letters, members, strict=True):
+            is_number = letter in _NUMBERS
+            kinds += {"i": "q", "d": "d"}.get(letter, "P")
+            values.append((member if is_number else _checked(member, letter)) or 0)  # type: ignore[arg-type]
         self._memory = ctypes.create_string_buffer(struct.pack(kinds, *values))
         self.address = ctypes.addressof(self._memory)
 

@@ -3,6 +3,7 @@ nobody gave."""
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import os
 import re
@@ -12,6 +13,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from marks import slow
 
@@ -75,3 +77,15 @@ def test_the_project_lists_all_sources_and_headers():
         for path in (root / "petcontact/native").rglob(f"*.{end}")
     }
     assert {*kernels["sources"], *kernels["depends"]} == files
+
+
+@pytest.mark.parametrize(
+    "array", [np.ones(3, np.float32), np.ones(3, np.int64), np.ones((3, 2))[:, 0], np.ones(6)[::2]]
+)
+def test_an_array_that_c_would_misread_is_refused(array):
+    """Of another type, or not one number after another; as an argument and in a struct."""
+    solve = native.function("petcontact_hessenberg_solve", "DidDD")
+    with pytest.raises(ctypes.ArgumentError, match="C takes arrays of kind D"):
+        solve(array, 1, 1.0, np.ones(1), np.ones(3))
+    with pytest.raises(TypeError, match="C takes arrays of kind D"):
+        native.Struct("iD", 1, array)

@@ -117,6 +117,10 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
     return result
 
 
+ELEMENTS, NODES_OF = "DDNNNNDDddd", "DDNNNN"
+"""Kinds of the members of the structs Elements and Points (`native.function`)."""
+
+
 def element_members(
     of: CurveMesh | Elements, index: Index, poisson_ratio: float, length: float, unit: float
 ) -> list[Any]:
@@ -144,31 +148,33 @@ def point_members(targets: Targets) -> list[Any]:
 
 
 def integrated(
-    name: str, curve: list[Any], targets: Targets, elements: Elements, *shape: int
+    name: str, letters: str, curve: list[Any], targets: Targets, elements: Elements, *shape: int
 ) -> tuple[Array, Array]:
     """Two kernels of n elements at m targets by a compiled function, each (*shape, n(p+1), m).
 
-    `curve` has the members of the struct that the function takes for the elements.
+    `curve` has the members of the struct that the function takes for the elements, `letters` their
+    kinds.
     """
     n, m = len(elements.index), len(targets.line)
     result = np.zeros((2, *shape, n * (elements.order + 1), m))
-    records = native.Struct(*curve), native.Struct(*point_members(targets))
-    first, second = (native.pointer(part) for part in result)
-    function = native.function(name, "pipipp")
-    function(records[0].address, n, records[1].address, m, first, second)
+    record = native.Struct(letters, *curve)
+    points = native.Struct(NODES_OF, *point_members(targets))
+    native.function(name, "pipiDD")(record.address, n, points.address, m, *result)
     return result[0], result[1]
 
 
-def curve_columns(name: str, curve: list[Any], mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
-    """The filler of columns by a compiled function; `curve` has the members for all elements."""
+def curve_columns(
+    name: str, letters: str, curve: list[Any], mesh: CurveMesh, data: ColumnData
+) -> CompiledFiller:
+    """The filler of columns by a compiled function; `curve` has the members for all elements,
+    `letters` their kinds."""
     first_node = native.contiguous(mesh.first_node, np.int64)
-    return CompiledFiller(
-        name, [*curve, *point_members(mesh.targets(slice(None))), first_node], data
-    )
+    nodes = point_members(mesh.targets(slice(None)))
+    return CompiledFiller(name, letters + NODES_OF + "N", [*curve, *nodes, first_node], data)
 
 
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
     """The compiled filler of columns for a `Kelvin2D`."""
     length, elements = kernel.unit_length, np.arange(mesh.n_elements)
     curve = element_members(mesh, elements, kernel.poisson_ratio, length, 1.0 / length)
-    return curve_columns("petcontact_plane_columns", curve, mesh, data)
+    return curve_columns("petcontact_plane_columns", ELEMENTS, curve, mesh, data)

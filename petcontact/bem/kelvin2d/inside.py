@@ -21,11 +21,11 @@ from ...arrays import Array, Complex, Index
 from ...mesh.basis import gauss
 from ...mesh.elements import Elements, Targets
 from .arc_elements import Arcs
-from .compiled import element_members, point_members
+from .compiled import ELEMENTS, NODES_OF, element_members, point_members
 from .integrals import shape_of
 from .segments import Segments
 
-_field = native.function("petcontact_plane_field", "pipiipppppp")
+_field = native.function("petcontact_plane_field", "pipiiDDDDDB")
 
 
 def field_inside(
@@ -53,13 +53,12 @@ def field_inside(
     """
     n, m, states = len(elements.index), len(targets.point), u.shape[2]
     constants = poisson_ratio, length, 1.0 / length
-    record = native.Struct(*element_members(elements, elements.index, *constants))
-    points = native.Struct(*point_members(targets))
+    record = native.Struct(ELEMENTS, *element_members(elements, elements.index, *constants))
+    points = native.Struct(NODES_OF, *point_members(targets))
     u, traction = native.contiguous(u), native.contiguous(traction)
     field = np.zeros((m, 2, states)), np.zeros((m, 3, states)), np.zeros(m)
     close = np.zeros((n, m), dtype=bool)
-    pointers = map(native.pointer, (u, traction, *field, close))
-    _field(record.address, n, points.address, m, states, *pointers)
+    _field(record.address, n, points.address, m, states, u, traction, *field, close)
     u, traction = (length * u).reshape(n, -1, 2, states), traction.reshape(n, -1, 2, states)
     for curved in (False, True):
         element, row = np.nonzero(close & (elements.curved == curved)[:, None])

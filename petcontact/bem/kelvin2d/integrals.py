@@ -17,7 +17,7 @@ from __future__ import annotations
 from ...arrays import Array
 from ...mesh.elements import Elements, Targets
 from .arc_elements import Arcs
-from .compiled import element_members, integrated
+from .compiled import ELEMENTS, element_members, integrated
 from .segments import Segments
 
 __all__ = ["Elements", "Targets", "integrals"]
@@ -49,7 +49,7 @@ def integrals(
         itself.
     """
     curve = element_members(elements, elements.index, poisson_ratio, length, 1.0)
-    return integrated("petcontact_plane_integrals", curve, targets, elements, 2, 2)
+    return integrated("petcontact_plane_integrals", ELEMENTS, curve, targets, elements, 2, 2)
 
 
 def shape_of(elements: Elements) -> Arcs | Segments:

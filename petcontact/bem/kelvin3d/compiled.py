@@ -32,8 +32,8 @@ from .rules import (
 AnyPanels = Panels | CurvedPanels
 ROOM = 256
 """Gauss points of a panel that the compiled code has room for."""
-_panels = native.function("petcontact_panels", "pipiippp")
-_field = native.function("petcontact_panel_field", "pipiipppp")
+_panels = native.function("petcontact_panels", "piDiiDDD")
+_field = native.function("petcontact_panel_field", "piDiiDDDB")
 
 
 @functools.lru_cache(maxsize=16)
@@ -137,15 +137,18 @@ def compiled_integrals(
 ) -> None:
     """Fill `integrals`' results (3, 3, n k, m); `most` are the Gauss points of far panels."""
     points, records, kind = native.contiguous(points), _records(panels, tolerance), _kind(panels)
-    family = native.Struct(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)
-    _panels(
-        family.address,
-        len(records),
-        native.pointer(records),
-        records.shape[1],
-        len(points),
-        *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
-    )
+    family = _family(kind, tolerance, most, poisson_ratio)
+    _panels(family.address, *_counted(records), len(points), points, kernel_g, kernel_h)
+
+
+def _family(kind: int, tolerance: float, most: tuple[int, ...], nu: float) -> native.Struct:
+    """Return the struct Family of native/space/panel.h."""
+    return native.Struct("iDDd", kind, _rules(tolerance, most), _weights(kind, tolerance), nu)
+
+
+def _counted(records: Array) -> tuple[int, Array, int]:
+    """Return how many records there are, they themselves, and how many numbers each has."""
+    return len(records), records, records.shape[1]
 
 
 def compiled_field(
@@ -177,22 +180,10 @@ def compiled_field(
     tolerance = tolerance_of(panels, tolerance)
     points, data = native.contiguous(points), native.contiguous(data)
     records, kind = _records(panels, tolerance), _kind(panels)
-    family = native.Struct(
-        kind,
-        _rules(tolerance, (ROOM,) * (HIGHEST_ORDER + 1)),
-        _weights(kind, tolerance),
-        poisson_ratio,
-    )
+    family = _family(kind, tolerance, (ROOM,) * (HIGHEST_ORDER + 1), poisson_ratio)
     field = np.empty((len(points), 10))
     close = np.zeros((len(records), len(points)), dtype=np.bool_)
-    _field(
-        family.address,
-        len(records),
-        native.pointer(records),
-        records.shape[1],
-        len(points),
-        *(native.pointer(a) for a in (points, data, field, close)),
-    )
+    _field(family.address, *_counted(records), len(points), points, data, field, close)
     element, column = np.nonzero(close)
     return field, (element, column)
 
@@ -220,6 +211,7 @@ def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> Compil
     )
     return CompiledFiller(
         "petcontact_panel_columns",
+        "DNNNDNNNdd",
         [
             native.contiguous(mesh.x),
             *(native.contiguous(array, np.int64) for array in (mesh.element, mesh.first_node)),

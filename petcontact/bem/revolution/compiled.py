@@ -17,7 +17,14 @@ from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ..column_fillers import CompiledFiller
 from ..kelvin2d.arc_elements import resolving_points
-from ..kelvin2d.compiled import add_points, curve_columns, element_members, integrated, rule_of
+from ..kelvin2d.compiled import (
+    ELEMENTS,
+    add_points,
+    curve_columns,
+    element_members,
+    integrated,
+    rule_of,
+)
 from ..kernel import ColumnData
 
 TOLERANCE = 1e-9
@@ -79,6 +86,10 @@ def _gauss(count: int) -> tuple[Array, Array]:
     return (0.5 + 0.5 * x).astype(np.float64), (1 / ((1 - x * x) * slope**2)).astype(np.float64)
 
 
+CURVE = ELEMENTS + "NDii"
+"""Kinds of the members of the struct Curve."""
+
+
 def _curve(
     of: CurveMesh | Elements, index: Index, kernel: Any, of_stress: bool = False
 ) -> list[Any]:
@@ -106,7 +117,7 @@ def ring_integrals(
     of load as `STRESSES` says.
     """
     curve = _curve(elements, elements.index, kernel, of_stress)
-    return integrated("petcontact_ring_integrals", curve, targets, elements, *shape)
+    return integrated("petcontact_ring_integrals", CURVE, curve, targets, elements, *shape)
 
 
 def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
@@ -115,8 +126,8 @@ def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
     points = np.zeros((2, len(x) + -len(x) % MOST_POINTS))
     points[:, : len(x)] = x.T
     result = np.empty((len(LOADS) + len(STRESSES), points.shape[1]))
-    forces = native.function("petcontact_ring_forces", "ipdddp")
-    forces(len(points[0]), native.pointer(points), *source.tolist(), nu, native.pointer(result))
+    forces = native.function("petcontact_ring_forces", "iDdddD")
+    forces(len(points[0]), points, *source.tolist(), nu, result)
     result = result[:, : len(x)] / (16.0 * np.pi**2 * (1.0 - nu))
     return result[: len(LOADS)], result[len(LOADS) :]
 
@@ -124,4 +135,4 @@ def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
     """The compiled filler of columns for a kernel of rings."""
     curve = _curve(mesh, np.arange(mesh.n_elements), kernel)
-    return curve_columns("petcontact_ring_columns", curve, mesh, data)
+    return curve_columns("petcontact_ring_columns", CURVE, curve, mesh, data)

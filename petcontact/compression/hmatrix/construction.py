@@ -16,7 +16,7 @@ from ...arrays import Array, Index
 from .block_tree import Blocks, Clusters, divided
 from .entries import Callback, Entries
 
-_build = native.function("petcontact_hmatrix_build", "ppiipp" + "p")
+_build = native.function("petcontact_hmatrix_build", "ppiiNpN")
 
 CHUNK = 1 << 24
 """Number of entries in one piece of memory."""
@@ -181,8 +181,11 @@ class _Builder:
         crossed = np.where(tiles[:, 4] > 0, most, 0)
         values: Any = np.empty(capacity, self.layout.dtype)
         ranks, done = np.empty(some, dtype=np.int64), np.empty(2, dtype=np.int64)
-        operator = native.Struct(*self.addresses, self.d, self.nodes, self.beside, self.tolerance)
+        operator = native.Struct(
+            "ppiNNd", *self.addresses, self.d, self.nodes, self.beside, self.tolerance
+        )
         work = native.Struct(
+            10 * "D" + "VVi",
             *self._work(
                 sizes.max(),
                 (crossed * m).max(),
@@ -199,16 +202,8 @@ class _Builder:
             ),
             most,
         )
-        store = native.Struct(np.dtype(self.layout.dtype).itemsize, values, capacity, ranks)
-        _build(
-            operator.address,
-            work.address,
-            KNOWN,
-            some,
-            native.pointer(tiles),
-            store.address,
-            native.pointer(done),
-        )
+        store = native.Struct("iViN", np.dtype(self.layout.dtype).itemsize, values, capacity, ranks)
+        _build(operator.address, work.address, KNOWN, some, tiles, store.address, done)
         if self.callback is not None:
             self.callback.check()
         del store  # holds the values, which are cut off where they end

@@ -14,8 +14,8 @@ from .block_tree import Blocks, Clusters
 from .construction import FULL, Chunk, Layout, build_blocks
 from .entries import Entries, block
 
-_multiply = native.function("petcontact_hmatrix_multiply", "ipi" + "ppp")
-_coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp")
+_multiply = native.function("petcontact_hmatrix_multiply", "iNiDDD")
+_coarse = native.function("petcontact_hmatrix_coarse", "iNipD")
 
 TIGHTEST = 1e-7
 """Smallest tolerance. Gram matrices resolve singular values only to half of the digits."""
@@ -124,12 +124,7 @@ class HMatrix:
 
     def _multiply(self, number: int, x: Array, y: Array) -> None:
         work, moved = np.empty(max(1, self.largest_rank)), self._addressed(number)
-        _multiply(
-            len(moved),
-            native.pointer(moved),
-            self._width,
-            *(native.pointer(a) for a in (x, y, work)),
-        )
+        _multiply(len(moved), moved, self._width, x, y, work)
 
     def _addressed(self, number: int) -> Index:
         """Return the table of a chunk with addresses in memory as places."""
@@ -163,14 +158,10 @@ class HMatrix:
                 for dtype in (np.float64, np.int64, np.int8)
                 for k in result.shape
             ]
-            grouping = native.Struct(row_group, column_group, result.shape[1], *scratch)
-            _coarse(
-                len(moved),
-                native.pointer(moved),
-                self._width,
-                grouping.address,
-                native.pointer(result),
+            grouping = native.Struct(
+                "NNiDDNNBB", row_group, column_group, result.shape[1], *scratch
             )
+            _coarse(len(moved), moved, self._width, grouping.address, result)
         return result
 
     def error_estimate(self, rng: np.random.Generator, probes: int = 8) -> float:

@@ -30,7 +30,7 @@ from .construction import FULL
 Single = NDArray[np.float32]
 FEW = 0.35
 """Largest share of a patch's columns that may change before the patch is factored again."""
-_patches = native.function("petcontact_patches_multiply", "ipppp")
+_patches = native.function("petcontact_patches_multiply", "iNDDD")
 
 
 class Source(Protocol):
@@ -243,8 +243,7 @@ class LocalSolves:
         """Return the own parts of the local solutions for a residual (size,). They are 0 where
         there is no patch."""
         r, result = native.contiguous(r), np.zeros(self._size)
-        arrays = (self._table, r, result, self._work)
-        _patches(len(self._table), *(native.pointer(array) for array in arrays))
+        _patches(len(self._table), self._table, r, result, self._work)
         return result
 
 

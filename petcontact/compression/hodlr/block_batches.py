@@ -11,7 +11,7 @@ import numpy as np
 from ... import native
 from ...arrays import Array, Index
 
-_multiply = native.function("petcontact_multiply", "ipppdp")
+_multiply = native.function("petcontact_multiply", "iNDDdD")
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,7 @@ class Batches:
             return
         if others:
             work = np.empty(self._entries[:, 2].max())
-            pointers = [native.pointer(array) for array in (self._entries, x, y, work)]
-            _multiply(len(self._entries), *pointers[:3], sign, pointers[3])
+            _multiply(len(self._entries), self._entries, x, y, sign, work)
         x_flat, y_flat = x.ravel(), y.ravel()
         for stack in shared:
             # the same block times many vectors is one product

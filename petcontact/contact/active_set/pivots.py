@@ -34,7 +34,7 @@ from .line_search import LineSearch
 from .monolithic import MonolithicSolver
 from .solvers import ActiveSetSolver
 
-_NEXT_TAU = native.function("petcontact_next_tau", "iiippppdddpp")
+_NEXT_TAU = native.function("petcontact_next_tau", "iiiDDBDdddDD")
 LinearSolver = ActiveSetSolver | MonolithicSolver
 """A solver of the equations of a linearised law."""
 Predictor = Callable[["Pivot"], tuple[Array, Array]]
@@ -100,8 +100,7 @@ def next_tau(
         raise ValueError(f"at most two tangential components come first, got {tangential}")
     tau, rho = np.empty(sigma.shape), np.empty(sigma.shape)
     given = [np.ascontiguousarray(a) for a in (sigma, v, linearised.stick, linearised.tau)]
-    first, filled = map(native.pointer, given), map(native.pointer, (tau, rho))
-    _NEXT_TAU(*sigma.shape, tangential.stop, *first, noise, least, PULL, *filled)
+    _NEXT_TAU(*sigma.shape, tangential.stop, *given, noise, least, PULL, tau, rho)
     return tau, rho
 
 

@@ -20,7 +20,7 @@ from ..linearisation import Linearisation
 from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
 from .block_factors import BlockFactors
 
-_BLOCK = native.function("petcontact_active_block", "iippppipp")
+_BLOCK = native.function("petcontact_active_block", "iiDDDNiND")
 DIRECT_SIZE = 512
 """Number of contact unknowns up to which LU of a block is faster than iterations with a fast T."""
 LARGEST = 12_000
@@ -125,23 +125,10 @@ def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -
 
     Only nodes whose Π' is not 0 or 1 change columns of S.
     """
-    block = np.empty((len(active), len(active)), order="F")
-    arrays = (
-        np.asfortranarray(dense),
-        np.ascontiguousarray(linearised.derivative),
-        np.ascontiguousarray(rho),
-        active,
-    )
-    first, mixed = map(native.pointer, arrays), np.empty(len(active), dtype=np.int64)
-    _BLOCK(
-        len(dense),
-        rho.shape[1],
-        *first,
-        len(active),
-        native.pointer(mixed),
-        native.pointer(block),
-    )
-    return block
+    columns, mixed = np.empty((len(active), len(active))), np.empty(len(active), dtype=np.int64)
+    given = [np.ascontiguousarray(a) for a in (dense.T, linearised.derivative, rho)]
+    _BLOCK(len(dense), rho.shape[1], *given, active, len(active), mixed, columns)
+    return columns.T
 
 
 class KrylovActiveSetSolver(_Counted):

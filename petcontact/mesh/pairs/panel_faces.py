@@ -29,7 +29,7 @@ each direction, of the rule between a side and its chord."""
 STEPS, BEYOND = 20, 0.5
 """`STEPS` is the number of Newton's steps to a line's intersection with a curved panel. `BEYOND` is
 how far they may leave the panel, in local coordinates."""
-_meet = native.function("petcontact_space_meet", "ippppppidddpp")
+_meet = native.function("petcontact_space_meet", "iNDDDDDidddDD")
 
 
 @dataclass(frozen=True)
@@ -255,16 +255,9 @@ class PanelFaces(Faces):
         """Return `_met` of curved panels."""
         place, distance = np.empty((len(x), 2)), np.empty(len(x))
         arrays = [native.contiguous(a) for a in (self.shape, self.polygon, self.size, x, direction)]
-        _meet(
-            len(x),
-            *map(native.pointer, (native.contiguous(number, np.int64), *arrays)),
-            STEPS,
-            SUMMED,
-            WRITTEN,
-            BEYOND,
-            native.pointer(place),
-            native.pointer(distance),
-        )
+        number = native.contiguous(number, np.int64)
+        limits = STEPS, SUMMED, WRITTEN, BEYOND
+        _meet(len(x), number, *arrays, *limits, place, distance)
         return place, distance
 
     def _lifted(self, number: Index, local: Array, weight: Array) -> tuple[Array, Array]:
