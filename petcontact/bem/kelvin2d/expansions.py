@@ -130,20 +130,23 @@ def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> 
         for values in (u, scaled / kernel.unit_length)
     )
     centre = complex(*(0.5 * (ends.min(axis=0) + ends.max(axis=0))))
-    radius = float(
-        max(np.abs(x - centre).max(), np.hypot(*(ends - [centre.real, centre.imag]).T).max())
-    )
-    s: Complex = (x - centre) / radius
-    weight, dx = np.repeat(gauss_weight, len(elements.index)), dx / radius
+    around = np.hypot(*(ends - [centre.real, centre.imag]).T)
+    radius = float(max(np.abs(x - centre).max(), around.max()))
+    weight = np.repeat(gauss_weight, len(elements.index))
+    moments = _moments((x - centre) / radius, dx / radius, weight, u_x, t)
+    return _series(kernel, centre, radius, moments)
+
+
+def _moments(s: Complex, dx: Complex, weight: Array, u_x: Complex, t: Complex) -> Complex:
+    """Return the sums of densities times s^0, s^1 ..., (7, TERMS); s and dx are over the radius."""
     ds = np.abs(dx)
-    mixed = u_x * dx.conj() - u_x.conj() * dx
     densities = np.stack(
         [
             t * ds,
             t.conj() * ds,
             s.conj() * t * ds,
             u_x * dx,
-            mixed,
+            u_x * dx.conj() - u_x.conj() * dx,
             s.conj() * u_x * dx,
             weight * dx,
         ]
@@ -153,6 +156,11 @@ def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> 
     for i in range(TERMS):
         moments[:, i] = densities @ power
         power = power * s
+    return moments
+
+
+def _series(kernel: Kelvin2D, centre: complex, radius: float, moments: Complex) -> Expansion:
+    """Return the coefficients that follow from the moments of the densities (module)."""
     k = np.arange(TERMS)
     single, conjugate, lifted, double, other_double, lifted_double, winding = moments
     ratio = kernel.material.plane_strain_ratio

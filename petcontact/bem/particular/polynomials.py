@@ -8,7 +8,7 @@ Operations keep the shape; the caller leaves room for what rises in degree (see 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -149,41 +149,33 @@ class BodyBox:
         half = self.half / unit
         given, wanted = total_degrees(n, d), total_degrees(n + 2, d)
         slope = np.pad(chebyshev.chebder(np.eye(n + 3)), ((0, 1), (0, 0)))
-        tables = [chebyshev.chebvander(xi, n + 2) for xi in self.nodes.T]
         size = 1.0 / (1.0 + np.sum((wanted / half[:, None]) ** 2, axis=0))
-        laplacian = np.zeros((given.shape[1], wanted.shape[1]))
-        for axis, h in enumerate(half):
-            others = [k for k in range(d) if k != axis]
-            same = np.all(given[others][:, :, None] == wanted[others][:, None], axis=0)
-            laplacian += same * (slope @ slope)[np.ix_(given[axis], wanted[axis])] / h**2
-        # the mean of q, which derivatives leave open; all derivatives of an order together turn
-        # with the axes
-        rows = list[Array]()
-        for times in total_degrees(max(orders), d).T:
-            if (order := int(times.sum())) not in (0, *orders):
-                continue
-            along = [
-                (table @ np.linalg.matrix_power(slope, k) / h**k)[:, number]
-                for table, k, h, number in zip(tables, times, half, wanted, strict=True)
-            ]
-            at_nodes = np.prod(along, axis=0)
-            ways = math.factorial(order) / math.prod(map(math.factorial, times))
-            share = np.sqrt(ways * self.weight)[:, None] * (self.radius / unit) ** (order - 1)
-            rows.append(share * at_nodes if order in orders else self.weight[None] @ at_nodes)
+        laplacian = _laplacian(given, wanted, slope @ slope, half)
         # columns of q: particular ones, and what has no Laplacian
         q, r = scipy.linalg.qr((laplacian * size).T)
         particular, harmonic = np.split(q, [len(laplacian)], axis=1)
-        steep = np.vstack(rows) * size
-        particular = (
-            particular
-            - harmonic @ np.linalg.lstsq(steep @ harmonic, steep @ particular, rcond=None)[0]
-        )
+        steep = np.vstack([*self._steepness(wanted, slope, orders)]) * size
+        left = np.linalg.lstsq(steep @ harmonic, steep @ particular, rcond=None)[0]
+        particular = particular - harmonic @ left
         inverse = scipy.linalg.solve_triangular(r[: len(laplacian)], particular.T).T
         inverse = size[:, None] * inverse
         # one step of refinement, for bodies that are thin
         return np.asarray(
             unit**2 * (inverse + inverse @ (np.eye(len(laplacian)) - laplacian @ inverse))
         )
+
+    def _steepness(self, wanted: Index, slope: Array, orders: tuple[int, ...]) -> Iterator[Array]:
+        """Yield rows of what `_inverse` makes least, for polynomials of degrees `wanted`: the mean,
+        which derivatives leave open, and all derivatives of an order together, which turn with the
+        axes."""
+        unit = self.half.min()
+        tables = [chebyshev.chebvander(xi, len(slope) - 1) for xi in self.nodes.T]
+        for times in total_degrees(max(orders), len(self.half)).T:
+            if (order := int(times.sum())) in (0, *orders):
+                at_nodes = _derivative(tables, times, slope, self.half / unit, wanted)
+                ways = math.factorial(order) / math.prod(map(math.factorial, times))
+                share = np.sqrt(ways * self.weight)[:, None] * (self.radius / unit) ** (order - 1)
+                yield share * at_nodes if order in orders else self.weight[None] @ at_nodes
 
     def integral_of_strain(self, p: Array) -> list[Array]:
         """u whose strain is p I, by the components along the axes, for p that are linear or, in the
@@ -205,6 +197,29 @@ class BodyBox:
         back = chebyshev.chebvander(line, m + 1).T / (0.5 * (m + 2))
         back[0] *= 0.5
         return [padded(up_to(_along_axes(back, component), m + 1), len(p)) for component in u]
+
+
+def _laplacian(given: Index, wanted: Index, curvature: Array, half: Array) -> Array:
+    """Return the matrix of the Laplacian from coefficients of the degrees `wanted` to those of the
+    degrees `given`, (d, n) each, in units of `half`."""
+    result = np.zeros((given.shape[1], wanted.shape[1]))
+    for axis, h in enumerate(half):
+        others = [k for k in range(len(half)) if k != axis]
+        same = np.all(given[others][:, :, None] == wanted[others][:, None], axis=0)
+        result += same * curvature[np.ix_(given[axis], wanted[axis])] / h**2
+    return result
+
+
+def _derivative(
+    tables: Sequence[Array], times: Index, slope: Array, half: Array, wanted: Index
+) -> Array:
+    """Return a derivative, so many times along each axis, of the polynomials of degrees `wanted` at
+    the nodes whose Chebyshev polynomials `tables` has."""
+    along = [
+        (table @ np.linalg.matrix_power(slope, k) / h**k)[:, number]
+        for table, k, h, number in zip(tables, times, half, wanted, strict=True)
+    ]
+    return np.asarray(np.prod(along, axis=0))
 
 
 def _along_axes(matrix: Array, p: Array) -> Array:

@@ -146,59 +146,57 @@ def _slots(children: list[Schur], waiting: int) -> Iterator[Index]:
         active, waiting = active + schur.kept, end
 
 
+class _Slots:
+    """Places in the vectors of a level, handed out cluster by cluster: padding goes to the zero
+    slots between the active and the waiting ones."""
+
+    def __init__(self, n: int, k: int) -> None:
+        self._own, self._above = [0, n + 1], [0, k + 1]
+
+    @staticmethod
+    def _next(starts: list[int], *counts: int) -> Index:
+        parts = [np.arange(s, s + c) for s, c in zip(starts, counts, strict=True)]
+        starts[:] = [s + c for s, c in zip(starts, counts, strict=True)]
+        return np.concatenate(parts)
+
+    def of(self, size: int, done: _Eliminated) -> tuple[Index, Index]:
+        """The places of a cluster's own unknowns, and of what it leaves to the level above."""
+        own = self._next(self._own, size, done.size - size)
+        return own, self._next(self._above, done.left.kept, len(done.late_rows))
+
+
 def _eliminate(
     level: TreeLevel, below: list[Schur], use_up: bool
 ) -> tuple[LevelElimination, list[Schur]]:
     """Eliminate one level, from what the level below left. Two clusters become one; leaves have
     nothing below."""
     n, k = level.row_combine.shape
-    left: list[Schur] = []
-    # padding goes to the zero slots between the active and the waiting ones
-    inverse_blocks, forth_blocks, back_blocks = Batches(n, n), Batches(n, k), Batches(k, n)
-    inverses, forths, backs, wait_rows, wait_columns = [], [], [], [], []
-    start = kept = passed = 0
-    waiting = n + 1
+    left, slots = list[Schur](), _Slots(n, k)
+    batches = Batches(n, n), Batches(n, k), Batches(k, n)
+    blocks, waiting = list[tuple[Block, Block, Block]](), list[tuple[Index, Index]]()
     by_leader: dict[int, _Eliminated] = {}
     for i, cluster in enumerate(level.clusters):
-        size = len(cluster.rows)
         # clusters with one leader are equal, and so is what the clusters under them left
         done = by_leader.get(id(cluster.leader)) if cluster.leader is not None else None
         if done is None:
             done = _eliminated(cluster, below[2 * i : 2 * i + 2])
             if cluster.leader is not None:
                 by_leader[id(cluster.leader)] = done
-        extra, late = done.size - size, len(done.late_rows)
-        own = np.concatenate([np.arange(start, start + size), np.arange(waiting, waiting + extra)])
-        above = np.concatenate(
-            [
-                np.arange(kept, kept + done.left.kept),
-                np.arange(k + 1 + passed, k + 1 + passed + late),
-            ]
-        )
-        start, waiting = start + size, waiting + extra
-        kept, passed = kept + done.left.kept, passed + late
+        own, above = slots.of(len(cluster.rows), done)
         left.append(done.left)
-        rows, columns = own[done.rows], own[done.columns]
-        inverses.append(Block(columns, rows, done.inverse))
-        forths.append(Block(columns, above, done.forth))
-        backs.append(Block(above, columns, done.back))
-        wait_rows.append(own[done.late_rows])
-        wait_columns.append(own[done.late_columns])
-        if len(inverses) == TOGETHER or cluster is level.clusters[-1]:
-            for batches, blocks in (
-                (inverse_blocks, inverses),
-                (forth_blocks, forths),
-                (back_blocks, backs),
-            ):
-                batches.take(blocks)
-                blocks.clear()
+        blocks.append(done.blocks(own, above))
+        waiting.append((own[done.late_rows], own[done.late_columns]))
+        if len(blocks) == TOGETHER or cluster is level.clusters[-1]:
+            for batch, of_kind in zip(batches, zip(*blocks, strict=True), strict=True):
+                batch.take([*of_kind])
+            blocks.clear()
             if use_up:
                 # the clusters so far were packed together, as `pack` did
                 for used in level.clusters[i - i % TOGETHER : i + 1]:
                     used.near = []
                 level.near.release(i // TOGETHER)
-    slots = np.concatenate(wait_rows), np.concatenate(wait_columns)
-    return LevelElimination(level, *slots, inverse_blocks, forth_blocks, back_blocks), left
+    late_rows, late_columns = map(np.concatenate, zip(*waiting, strict=True))
+    return LevelElimination(level, late_rows, late_columns, *batches), left
 
 
 @dataclass(frozen=True)
@@ -215,6 +213,12 @@ class _Eliminated:
     columns: Index
     late_rows: Index
     late_columns: Index
+
+    def blocks(self, own: Index, above: Index) -> tuple[Block, Block, Block]:
+        """E⁻¹, E⁻¹F and G at the places of the cluster's unknowns and of those above."""
+        rows, columns = own[self.rows], own[self.columns]
+        inverse, forth = Block(columns, rows, self.inverse), Block(columns, above, self.forth)
+        return inverse, forth, Block(above, columns, self.back)
 
 
 def _eliminated(cluster: Cluster, children: list[Schur]) -> _Eliminated:

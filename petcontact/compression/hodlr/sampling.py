@@ -3,7 +3,7 @@ outside of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -142,43 +142,38 @@ class Sampler:
         """Return the cells outside each cluster. They are small near the cluster and large far
         away."""
         parts: list[_Cells] = []
-        own_first = np.searchsorted(self.carriers, start)
-        own_last = np.searchsorted(self.carriers, stop)
+        own = np.searchsorted(self.carriers, [start, stop])
         owner = np.arange(len(start))
         cell = np.zeros(len(start), dtype=np.int64)
         for depth, (bounds, low, high) in enumerate(self._levels):
             first, last = bounds[cell], bounds[cell + 1]
-            outside = (first >= own_last[owner]) | (last <= own_first[owner])
-            inside = (first >= own_first[owner]) & (last <= own_last[owner])
-            start_points, end_points = self._points[first], self._points[last - 1]
-            chord = np.hypot(*(end_points - start_points).T)
-            path = self._path[last - 1] - self._path[first]
-            focal = boxes.least(
-                owner, (start_points, start_points), (end_points, end_points)
-            ) / np.maximum(path, _TINY)
-            # straight: at most so much longer than the chord, or as far away as four lengths
-            straight = (path <= 1.15 * chord) | (focal >= 4.0)
+            begin, end = own[:, owner]
+            outside, inside = (first >= end) | (last <= begin), (first >= begin) & (last <= end)
+            straight, focal = self._seen(first, last, owner, boxes)
             # sampled, not split, where the kernel is analytic on the cell inside this Bernstein
             # ellipse
             done = outside & straight & (_ellipse(focal) >= 3.0)
             if depth == len(self._levels) - 1:
                 done = ~inside
-            distance = boxes.least(owner[done], (low[cell[done]], high[cell[done]]))
-            aside = 2.0 * distance / boxes.diameter[owner[done]]
-            o, f, e = owner[done], first[done], last[done]
-            # 0.7: the part that one distant cell gives of the nodes by which a cluster sees what
-            # is far
-            nodes = np.minimum(
-                _nodes(_ellipse(focal[done])), 0.7 * _nodes(aside + np.sqrt(1.0 + aside * aside))
-            )
-            parts.append(_Cells(o, f, np.minimum(e, own_first[o]), nodes))
-            parts.append(_Cells(o, np.maximum(f, own_last[o]), e, nodes))
+            chosen = owner[done]
+            distance = boxes.least(chosen, (low[cell[done]], high[cell[done]]))
+            nodes = _enough(focal[done], 2.0 * distance / boxes.diameter[chosen])
+            parts += _outside(_Cells(chosen, first[done], last[done], nodes), own[:, chosen])
             deeper = ~(done | inside)
             owner = np.repeat(owner[deeper], 2)
             cell = np.repeat(2 * cell[deeper], 2)
             cell[1::2] += 1
         cells = _Cells.joined(parts)
         return cells.take(cells.last > cells.first)
+
+    def _seen(self, first: Index, last: Index, owner: Index, boxes: Boxes) -> tuple[Mask, Array]:
+        """Return whether cells are straight, and half the sum of the distances from their ends to
+        the cluster, over half their length."""
+        ends = self._points[first], self._points[last - 1]
+        chord, path = np.hypot(*(ends[1] - ends[0]).T), self._path[last - 1] - self._path[first]
+        focal = boxes.least(owner, *((end, end) for end in ends)) / np.maximum(path, _TINY)
+        # straight: at most so much longer than the chord, or as far away as four lengths
+        return (path <= 1.15 * chord) | (focal >= 4.0), focal
 
     def _cut(self, cells: _Cells) -> _Cells:
         """Return the cells, cut at the breaks inside them, so that each piece between two breaks
@@ -255,6 +250,24 @@ def _nodes(ellipse: Array) -> Array:
     """Return how many Chebyshev nodes one digit needs for a function that is analytic inside a
     Bernstein ellipse."""
     return np.asarray(1.0 / np.log10(np.maximum(ellipse, 1.1)))
+
+
+def _outside(cells: _Cells, own: Index) -> list[_Cells]:
+    """Return what of each cell lies before and after the nodes `own` (2, k) of its cluster."""
+    return [
+        replace(cells, last=np.minimum(cells.last, own[0])),
+        replace(cells, first=np.maximum(cells.first, own[1])),
+    ]
+
+
+def _enough(focal: Array, aside: Array) -> Array:
+    """Return how many Chebyshev nodes one digit needs on cells: from their own ellipses, and from
+    distances over half the diameter of the cluster that sees them.
+
+    0.7 is the part that one distant cell gives of the nodes by which a cluster sees what is far.
+    """
+    seen = _nodes(aside + np.sqrt(1.0 + aside * aside))
+    return np.asarray(np.minimum(_nodes(_ellipse(focal)), 0.7 * seen))
 
 
 def _between(

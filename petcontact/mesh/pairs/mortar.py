@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index
+from ...arrays import AnyArray, Array, Index
 from ...round_off import SOLVED
 from ..boundary_mesh import BoundaryMesh
 from .ray_casting import FacingSegments
@@ -49,38 +49,53 @@ def projection(
     order = np.argsort(segments.face, kind="stable")
     element = elements[segments.face[order]]
     basis = _blocks(secondary, element, segments.place[order])
-    weight = segments.weight[order]
+    project = _projector(secondary, element, basis, segments.weight[order])
+    seen = _seen(primary, others[segments.other[order]], segments.opposite[order], y[order])
+    return scipy.sparse.csr_array(project @ seen)
+
+
+def _projector(
+    secondary: BoundaryMesh, element: Index, basis: Array, weight: Array
+) -> scipy.sparse.csr_array:
+    """Return the projection (n_A, q) from values at points to values at the secondary's nodes; the
+    points lie element after element, with the basis of each (q, p) and weights (q,)."""
+    start, alike = _alike(secondary, element, weight)
     root = np.sqrt(np.abs(weight))
-    size = np.bincount(secondary.element, secondary.measure, secondary.n_elements)
-    start = np.flatnonzero(np.diff(element, prepend=-1))
-    count = np.diff(np.append(start, len(element)))
-    nodes = np.diff(secondary.first_node)[element[start]]
-    # on an element that faces something almost whole all polynomials are determined, else affine
-    # ones
-    whole = signed = np.zeros(0, dtype=bool)
-    if len(start):
-        whole = np.add.reduceat(weight, start) >= 0.9 * size[element[start]]
-        signed = np.minimum.reduceat(weight, start) < 0.0
-    # equal elements are projected together, those that face something only in part one by one
-    alike = np.column_stack([count, nodes, signed, np.where(whole, -1, np.arange(len(start)))])
-    rows = [np.empty(0, dtype=np.int64)]
-    columns = [np.empty(0, dtype=np.int64)]
-    entries = [np.empty(0)]
-    for points, p, negative, one in np.unique(alike, axis=0).tolist():
-        chosen = np.flatnonzero((alike == (points, p, negative, one)).all(axis=1))
-        place = start[chosen][:, None] + np.arange(points)
-        node = secondary.first_node[element[start[chosen]]][:, None] + np.arange(p)
+    parts: list[tuple[AnyArray, ...]] = [(*np.empty((2, 0), dtype=np.int64), np.empty(0))]
+    for kind in np.unique(alike, axis=0):
+        points, p, negative, one = kind.tolist()
+        first = start[(alike == kind).all(axis=1)]
+        place = first[:, None] + np.arange(points)
+        node = secondary.first_node[element[first]][:, None] + np.arange(p)
         factor = root[place][:, :, None] * basis[place][:, :, :p]
         sign = np.sign(weight[place]) if negative else None
         inverse = _inverses(factor, sign, secondary.x[node], one < 0) * root[place][:, None, :]
         kept = inverse.any(axis=(1, 2))
-        rows.append(np.broadcast_to(node[kept, :, None], inverse[kept].shape).ravel())
-        columns.append(np.broadcast_to(place[kept, None], inverse[kept].shape).ravel())
-        entries.append(inverse[kept].ravel())
-    triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
-    project = scipy.sparse.csr_array(triples, shape=(secondary.n_nodes, len(element)))
-    seen = _seen(primary, others[segments.other[order]], segments.opposite[order], y[order])
-    return scipy.sparse.csr_array(project @ seen)
+        triples = np.broadcast_arrays(node[kept, :, None], place[kept, None], inverse[kept])
+        parts.append(tuple(map(np.ravel, triples)))
+    rows, columns, entries = map(np.concatenate, zip(*parts, strict=True))
+    return scipy.sparse.csr_array(
+        (entries, (rows, columns)), shape=(secondary.n_nodes, len(element))
+    )
+
+
+def _alike(secondary: BoundaryMesh, element: Index, weight: Array) -> tuple[Index, Index]:
+    """Return the first point of each element that has points, and of what kind it is, (e, 4):
+    numbers of points and of nodes, whether a weight is negative, and -1, or its own number.
+
+    Elements of one kind are projected together, those that face something only in part one by one:
+    only on an element that faces something almost whole all polynomials are determined.
+    """
+    size = np.bincount(secondary.element, secondary.measure, secondary.n_elements)
+    start = np.flatnonzero(np.diff(element, prepend=-1))
+    count = np.diff(np.append(start, len(element)))
+    nodes = np.diff(secondary.first_node)[element[start]]
+    whole = signed = np.zeros(0, dtype=bool)
+    if len(start):
+        whole = np.add.reduceat(weight, start) >= 0.9 * size[element[start]]
+        signed = np.minimum.reduceat(weight, start) < 0.0
+    own = np.where(whole, -1, np.arange(len(start)))
+    return start, np.column_stack([count, nodes, signed, own])
 
 
 def _inverses(factor: Array, sign: Array | None, x: Array, whole: bool) -> Array:

@@ -18,7 +18,7 @@ from ...round_off import SINGLE, SUMMED, WRITTEN
 from ..curved.curved_panels import CurvedPanels
 from ..panels import Panels
 from .clipping import area, fan_rule, shared
-from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along
+from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along, line_rows
 
 BENT = 1e-2
 """Distance over the size of a curved panel up to which two coincide; shadows have straight sides
@@ -153,12 +153,7 @@ class PanelFaces(Faces):
     ) -> FacingSegments:
         """Return `segments` of panels, also where other panels lie between."""
         normal = along(direction, self.frame[:, 2])
-        i, j = other._near_lines(self.centre, normal, self.size)
-        outward, against = (
-            np.sum(normal[i] * plane, axis=1) for plane in (self.frame[i, 2], other.frame[j, 2])
-        )
-        ahead = (outward > WRITTEN) & (against < -WRITTEN)
-        i, j = i[ahead], j[ahead]
+        i, j = self._ahead(other, normal)
         pieces = PIECES if self.bent.any() or other.bent.any() else 1
         rim = self._projected(
             np.arange(len(self))[:, None, None], self._rim(pieces), self.frame[:, None, None, 2]
@@ -178,19 +173,37 @@ class PanelFaces(Faces):
             rule = count[number] if len(parts) == 1 else np.full(len(number), THIN)
             for points in np.unique(rule).tolist():
                 rows = np.flatnonzero(rule == points)
+                pair = i[number[rows]], j[number[rows]]
                 local, weight = fan_rule(polygon[rows], points)
-                chosen = weight > 0.0
-                face, seen = (
-                    np.broadcast_to(k[number[rows], None], weight.shape)[chosen] for k in (i, j)
-                )
-                place, weights = self._lifted(
-                    face, local[chosen], (sign[rows, None] * weight)[chosen]
-                )
-                x, outward = self.at(face, place)
-                opposite_place = other._met(seen, x, along(direction, outward))[0]
-                met = np.all(np.isfinite(opposite_place), axis=1)
-                parts.append(FacingSegments(face, place, seen, opposite_place, weights).take(met))
+                weight = sign[rows, None] * np.maximum(weight, 0.0)
+                parts.append(self._met_at(other, pair, local, weight, direction))
         return FacingSegments.joined(parts)
+
+    def _ahead(self, other: PanelFaces, normal: Array) -> tuple[Index, Index]:
+        """Return pairs of panels that lie near a line along the normal and face each other."""
+        i, j = other._near_lines(self.centre, normal, self.size)
+        outward = np.sum(normal[i] * self.frame[i, 2], axis=1)
+        against = np.sum(normal[i] * other.frame[j, 2], axis=1)
+        ahead = (outward > WRITTEN) & (against < -WRITTEN)
+        return i[ahead], j[ahead]
+
+    def _met_at(
+        self,
+        other: PanelFaces,
+        pair: tuple[Index, Index],
+        local: Array,
+        weight: Array,
+        direction: Array | None,
+    ) -> FacingSegments:
+        """Return the segments of quadrature points (n, q) of pairs of panels (n,), where they meet
+        the other panel."""
+        chosen = weight != 0.0
+        face, seen = (np.broadcast_to(k[:, None], weight.shape)[chosen] for k in pair)
+        place, weights = self._lifted(face, local[chosen], weight[chosen])
+        x, outward = self.at(face, place)
+        opposite = other._met(seen, x, along(direction, outward))[0]
+        met = np.all(np.isfinite(opposite), axis=1)
+        return FacingSegments(face, place, seen, opposite, weights).take(met)
 
     def _rim(self, pieces: int) -> Array:
         """Return points (n, 4, pieces + 1, 3) along the sides.
@@ -297,7 +310,7 @@ class PanelFaces(Faces):
         panels = np.vstack([c.T, square - reach**2, reach, np.ones(len(c)), c[:, a].T * c[:, b].T])
         for k in range(0, len(x), step):
             way, point = direction[k : k + step], x[k : k + step]
-            lines, far = _line_rows(way, point, np.sqrt(1.0 + WRITTEN) * radius[k : k + step])
+            lines, far = line_rows(way, point, np.sqrt(1.0 + WRITTEN) * radius[k : k + step])
             # the squares cancel to round-off of the farthest
             i, j = np.nonzero(lines @ panels <= 1e-14 * (far.max() + square.max()))
             outside = self.bent[j] | (np.sum(way[i] * self.frame[j, 2], axis=1) < -WRITTEN)
@@ -358,17 +371,6 @@ class PanelFaces(Faces):
             distance[asked] <= np.abs(first.distance) + slack * self.size[found.face[asked]]
         )
         return found.take(kept)
-
-
-def _line_rows(way: Array, point: Array, thick: Array) -> tuple[Array, Array]:
-    """What lines have in the product of `PanelFaces._near_lines`, (k, 12), and the squared
-    distances of their points from the origin, (k,)."""
-    a, b = np.triu_indices(3)
-    past, far = np.sum(way * point, axis=1), np.sum(point**2, axis=1)
-    shifted = 2.0 * (past[:, None] * way - point)
-    pairs = np.where(a == b, 1.0, 2.0) * way[:, a] * way[:, b]
-    rest = far - past**2 - thick**2
-    return np.column_stack([shifted, np.ones(len(way)), -2.0 * thick, rest, -pairs]), far
 
 
 def _four(polygon: Array) -> Array:

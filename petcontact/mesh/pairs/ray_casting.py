@@ -161,3 +161,14 @@ class Faces(ABC):
     @abstractmethod
     def _cast(self, x: Array, direction: Array) -> Hits:
         """Return the nearest intersection in either direction."""
+
+
+def line_rows(way: Array, point: Array, thick: Array) -> tuple[Array, Array]:
+    """What lines have in the product of `PanelFaces._near_lines`, (k, 12), and the squared
+    distances of their points from the origin, (k,)."""
+    a, b = np.triu_indices(3)
+    past, far = np.sum(way * point, axis=1), np.sum(point**2, axis=1)
+    shifted = 2.0 * (past[:, None] * way - point)
+    pairs = np.where(a == b, 1.0, 2.0) * way[:, a] * way[:, b]
+    rest = far - past**2 - thick**2
+    return np.column_stack([shifted, np.ones(len(way)), -2.0 * thick, rest, -pairs]), far

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import label, plain
@@ -198,16 +198,11 @@ def draw_bodies(
     axes.set_proj_type("ortho")
     toward = toward_eye(axes.elev, axes.azim)
     closed, moved = filled_bodies(solution), []
-    middles = 0.5 * (colours.norm.boundaries[1:] + colours.norm.boundaries[:-1])
     polygons, fills, rims = list[Array](), list[Array](), list[Array]()
     for name, body in bodies.items():
         moved.append(x := body.x + factor * body.u)
         seen = np.ones(len(x), dtype=bool) if name not in closed else body.normal @ toward > -0.1
-        triangles = body.triangles[seen[body.triangles].any(axis=1)]
-        pieces, band, owner = cut(x[triangles], body.values[triangles], colours.norm.boundaries)
-        fill = np.where(band[:, None] < 0, UNKNOWN, colours.to_rgba(middles[band]))
-        turned = np.abs(body.normal[triangles[owner]].mean(axis=1) @ toward)
-        fill[:, :3] *= 1.0 - SHADE * (1.0 - turned[:, None])
+        pieces, fill = _shaded_bands(body, x, seen, colours, toward)
         polygons += pieces
         fills.append(fill)
         ends = x[body.rims[seen[body.rims].all(axis=1)]]
@@ -225,6 +220,22 @@ def draw_bodies(
         )
     )
     return np.concatenate(moved)
+
+
+def _shaded_bands(
+    body: Sampled, x: Array, seen: Mask, colours: Any, toward: Array
+) -> tuple[list[Array], Array]:
+    """Polygons of one colour that cover the triangles with points that are seen, displaced to x;
+    and their colours, darker where they turn away from the eye."""
+    limits = colours.norm.boundaries
+    triangles = body.triangles[seen[body.triangles].any(axis=1)]
+    pieces, band, owner = cut(x[triangles], body.values[triangles], limits)
+    fill = np.where(
+        band[:, None] < 0, UNKNOWN, colours.to_rgba(0.5 * (limits[1:] + limits[:-1])[band])
+    )
+    turned = np.abs(body.normal[triangles[owner]].mean(axis=1) @ toward)
+    fill[:, :3] *= 1.0 - SHADE * (1.0 - turned[:, None])
+    return [*pieces], fill
 
 
 def draw_nets(
