@@ -9,6 +9,7 @@ from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, tou
 from petcontact import solve
 from petcontact.refinement.singular_points import corner_exponents
 from petcontact.results.numbers.peaks import stress_peaks
+from petcontact.results.strength.corners import corners_of
 from petcontact.results.strength.singular_places import singular_places
 
 
@@ -102,3 +103,35 @@ def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
     there = [place.x for place in places]
     assert expected
     assert sorted(map(tuple, np.round(there, 9))) == sorted(map(tuple, np.round(expected, 9)))
+
+
+def test_stress_counts_at_edges_where_given_data_leave_none_without_a_bound():
+    """u = c ∇(x²y - yz²) in a cube with two planes of symmetry: its top is displaced and other
+    faces are drawn as that field is, so that K is 0 at edges where λ < 1. Its stress is largest at
+    the corner (1, 1, 1) of such edges."""
+    sides = [
+        *({"part": part, "condition": "symmetry"} for part in ("left", "bottom")),
+        moved("top", ["2e-3*x*y", "1e-3*(x**2 - 1)", "-2e-3*y"]),
+        drawn("right", ["1.6*y", 1.6, 0.0]),
+        drawn("front", ["-1.6*x", 0.0, "1.6*z"]),
+        drawn("back", ["1.6*x", 0.0, "-1.6*z"]),
+    ]
+    block = solid("block", cuboid([0.0] * 3, [1.0] * 3), *sides, mesh={"element_size": 0.5})
+    block["mesh"]["order"] = 2
+    block["material"] = {"young_modulus": 1000.0, "poisson_ratio": 0.25}
+    peaks = stress_peaks(solve(problem(body=[block])))
+    assert not [peak for peak in peaks if np.isinf(peak.error)]
+    mises, principal = (
+        max(p.value[0] for p in peaks if name in p.name) for name in ("Mises", "first")
+    )
+    assert (mises, principal) == pytest.approx((4.8, 0.8 * np.sqrt(12.0)), rel=2e-3)
+
+
+def test_edges_of_a_body_are_there_where_smaller_panels_hang_on_larger_ones():
+    """A face with smaller panels meets four with larger ones."""
+    mesh = {"element_size": 1.0, "element_sizes": {"bottom": 0.25}}
+    block = solid("block", cuboid([0.0] * 3, [1.0] * 3), moved("top", [0.0] * 3), mesh=mesh)
+    (surface,) = solve(problem(body=[block])).meshes.values()
+    corners = corners_of(surface)
+    below = (corners.x[:, 2] == 0.0).sum()
+    assert below == 4 * 4

@@ -16,6 +16,10 @@ from ...mesh.panels import reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
 
+TOGETHER = 1e-3
+"""Distance of a point from elements that meet there, over their sizes: a climb along the surface
+ends as near to their rims [-]."""
+
 
 def located(
     mesh: BoundaryMesh, points: Array, part: str | None = None, within: Array | None = None
@@ -58,6 +62,16 @@ def located(
     elements, places = np.full(len(points), -1), np.zeros((len(points), *place.shape[1:]))
     elements[row[kept]], places[row[kept]] = element[kept], place[kept]
     return elements, places
+
+
+def all_at(mesh: BoundaryMesh, x: Array, part: str) -> tuple[Index, Array]:
+    """Return all elements of a part that meet at a point (d,), and its places on them."""
+    numbers, (centre, radius) = np.arange(mesh.n_elements), mesh.spheres
+    close = np.linalg.norm(centre - x, axis=1) < (1.0 + TOGETHER) * radius
+    element = numbers[close & (mesh.part == mesh.part_names.index(part))]
+    points, reach = np.tile(x, (len(element), 1)), TOGETHER * radius[element]
+    place, distance, _ = _on(mesh, element, points, np.arange(len(element)), reach)
+    return element[distance < reach], place[distance < reach]
 
 
 def sizes(mesh: BoundaryMesh) -> Array:

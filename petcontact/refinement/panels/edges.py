@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ...arrays import Array, Index
+from ...geometry.quadratic import on_side
 from ...linalg.nearest import within
 from ...mesh.surface_mesh import SurfaceMesh
 
@@ -44,7 +45,7 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array, Array]:
     j, i = within(x, x, (0.5 + TOGETHER) * length)
     i, j = i[panel[i] != panel[j]], j[panel[i] != panel[j]]
     width = np.minimum(length, 2.0 / TOGETHER * np.linalg.norm(inside, axis=1))
-    off = np.minimum(_distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j]))
+    off = _distance(x[i], a[j], x[j], b[j])
     near = off < TOGETHER * np.minimum(width[i], width[j])
     # the middle of a side may also be a corner of smaller panels, where their sides end
     near &= np.abs(np.sum((x[i] - x[j]) * (b - a)[j], axis=1)) < length[j] * (
@@ -63,8 +64,8 @@ def _shorter(start: Array, end: Array, one: Index, other: Index) -> Array:
     return np.asarray(np.stack([start, end], axis=1)[shorter])
 
 
-def _distance(x: Array, start: Array, end: Array) -> Array:
-    """Return the distance of points (k, 3) from segments [length]."""
+def _distance(x: Array, start: Array, middle: Array, end: Array) -> Array:
+    """Return the distance of points (k, 3) from quadratic sides, across their chords [length]."""
     along = end - start
     share = np.clip(np.sum((x - start) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(x - start - share[:, None] * along, axis=1))
+    return np.asarray(np.linalg.norm(x - on_side(start, middle, end, share[:, None]), axis=1))

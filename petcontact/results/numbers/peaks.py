@@ -26,6 +26,8 @@ from .stress_samples import FINEST, TRIED, Samples
 
 QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
 """Of `StressState`, by their names in the verdict."""
+Told = tuple[float, Place, Samples]
+"""A stress, a place beside which it is told, and the samples of its body."""
 MORE = 1e-3
 """Share by which a stress inside is more than all on the surface, to be named besides."""
 
@@ -73,24 +75,27 @@ def _largest(samples: Sequence[Samples], name: str) -> list[Number]:
     endless = [(*each, some) for some in samples for each in some.settle(key, bound)]
     tops = _tops(samples, key)
     named = [
-        replace(top, name=f"{name} stress {where}", alone=FINEST**2 * top.size)
+        replace(top, name=f"{name} stress {where}", alone=max(top.alone, FINEST**2 * top.size))
         for top, where in zip(reversed(tops), ("inside", "on the surface"), strict=True)
         if top is not None
     ]
     endless.sort(key=lambda each: -each[0])
-    # where nothing has a top it is told beside other places
-    at = [(place, some) for _, place, some in endless]
-    if not endless and not named:
-        at = [(place, some) for some in samples for place in some.places]
-    beside = _beside(at, name)
+    highest = max((float(top.value[0]) for top in named), default=-np.inf)
+    beside = _beside([*endless, *_hiding(samples, key, highest)], name)
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
     return [*named, *_without_bound(name, endless)]
 
 
-def _beside(at: Sequence[tuple[Place, Samples]], name: str) -> list[Number]:
+def _hiding(samples: Sequence[Samples], key: str, above: float) -> list[Told]:
+    """Places that hide more than a stress, the largest first: it is told beside them."""
+    rings = [(*each, some) for some in samples for each in some.rings(key)]
+    return sorted((each for each in rings if each[0] > above), key=lambda each: -each[0])
+
+
+def _beside(at: Sequence[Told], name: str) -> list[Number]:
     """The largest stress beside the first places, where stress inside the bodies is known."""
-    key, known = QUANTITIES[name], (each for each in at if each[1].fields_known)
+    key, known = QUANTITIES[name], (each[1:] for each in at if each[2].fields_known)
     tried = list(itertools.islice(known, TRIED))
     if not tried:
         return []
@@ -98,7 +103,7 @@ def _beside(at: Sequence[tuple[Place, Samples]], name: str) -> list[Number]:
     return [some.beside(f"{name} stress", key, place)]
 
 
-def _without_bound(name: str, endless: Sequence[tuple[float, Place, Samples]]) -> list[Number]:
+def _without_bound(name: str, endless: Sequence[Told]) -> list[Number]:
     """The numbers that say where a stress has no bound, one of edges with equal sides."""
     unbounded = dict[object, Number]()
     for _, place, some in endless:

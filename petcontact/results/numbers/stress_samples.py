@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Array, Mask, shown
-from ...fields.boundary.places import located, sizes
+from ...fields.boundary.places import all_at, located, sizes
 from ...fields.stress_state import StressState
 from ...round_off import SUMMED, first_largest
 from ..evaluated import Evaluated
@@ -80,7 +80,7 @@ class Samples:
     def hide_all(self) -> None:
         """Leave out what is nearer to any place than where the stress beside it is told, or in
         elements that end there."""
-        mesh = self._fields.mesh
+        mesh, self._calm = self._fields.mesh, set[Place]()
         self._reach = {each: max(each.distance, end_size(mesh, each)) for each in self.places}
 
     def settle(self, key: str, bound: float) -> list[tuple[float, Place]]:
@@ -92,10 +92,10 @@ class Samples:
             own = known(self._solution, self._step, place)
             stress = told_at(own, key)
             elsewhere = max(bound, level(place.away(self._x), place, self._values(key)) - stress)
-            # beside a stress without a bound others are not resolved
-            sizes_of = [(fit, fit.amplitude("von_mises")) for fit in own]
+            # beside a stress without a bound others are not resolved; K may be 0 where data agree
+            sizes_of = [(fit, fit.surely * fit.amplitude("von_mises")) for fit in own]
             hidden = [fit.hides(self._fields.mesh, size, elsewhere) for fit, size in sizes_of]
-            ends = stress > elsewhere
+            ends = stress > elsewhere and any(fit.surely for fit in own)
             if not own:  # no more is known than what lies next to it
                 near = np.isin(self._element, place.elements)
                 stress = float(values[near].max(initial=0.0)) if near.any() else np.inf
@@ -103,8 +103,15 @@ class Samples:
                 ends, hidden = stress > bound or not place.expansions, [place.distance]
             if ends:
                 endless.append((stress, place))
+            else:
+                self._calm.add(place)
             self._reach[place] = max(hidden)
         return endless
+
+    def rings(self, key: str) -> list[tuple[float, Place]]:
+        """Return the largest stress at samples about each place, off where it is told."""
+        values = self._values(key)
+        return [(level(place.away(self._x), place, values), place) for place in self.places]
 
     def without_bound(self, name: str, place: Place) -> Number:
         """Return the number that says that a stress has no bound at a place, in no step."""
@@ -157,7 +164,8 @@ class Samples:
         values, count, mesh = self._values(key), len(self._element), self._fields.mesh
         # inside nothing is larger, on the surface nothing on it
         seen = len(values) if inside else count
-        usable = np.isfinite(values) & ~self._near_unbounded(self._x)
+        near = (self._near_places(self._x, calm=calm) for calm in (False, True))
+        usable = np.isfinite(values) & ~np.any([*near], axis=0)
         usable[:count] &= not inside
         rows = tops(self._x[:seen], values[:seen], self._away[:seen], usable[:seen])
         for k in itertools.islice(rows, TRIED):
@@ -184,7 +192,16 @@ class Samples:
         reached = self._climbed(key, value, place, peak.part, step, above)
         if reached is None or reached[0] <= above:
             return None
-        return replace(peak, value=np.array([reached[0]]), place=reached[1])
+        apart = self._apart(key, reached[1], peak.part)
+        return replace(peak, value=np.array([reached[0]]), place=reached[1], alone=apart)
+
+    def _apart(self, key: str, place: Array, part: str) -> float:
+        """How far elements of the surface that meet at a place differ there, which no refinement
+        elsewhere takes away."""
+        if not part:
+            return 0.0
+        values = getattr(self._fields.on_boundary(*all_at(self._fields.mesh, place, part)), key)
+        return float(np.ptp(values)) if len(values) else 0.0
 
     def _climbed(
         self, key: str, value: float, start: Array, part: str, first: float, above: float
@@ -194,11 +211,13 @@ class Samples:
         place, step = start, first
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place, step, ways, part)
+            # a climb goes along what hides a bound, and ends by what has none
+            values = np.where(self._near_places(x, calm=True), -np.inf, values)
             k, reached = first_largest(values), 0.0
             if values[k] > value + FINEST**2 * abs(value):
                 if np.linalg.norm(x[k] - start) > AWAY * first:
                     return None
-                if self._near_unbounded(x[k : k + 1])[0]:
+                if self._near_places(x[k : k + 1], calm=False)[0]:
                     return None
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
@@ -247,9 +266,11 @@ class Samples:
         reach = SHALLOW * sizes(self._fields.mesh)
         return located(self._fields.mesh, x, within=reach)[0] >= 0
 
-    def _near_unbounded(self, x: Array) -> Mask:
-        """Which points (q, d) lie next to places without a bound."""
-        left_out = (place.away(x) < reach for place, reach in self._reach.items())
+    def _near_places(self, x: Array, *, calm: bool) -> Mask:
+        """Which points (q, d) lie next to places at which stress is without a bound, or to the
+        others."""
+        places = [place for place in self.places if (place in self._calm) == calm]
+        left_out = (place.away(x) < self._reach[place] for place in places)
         return np.asarray(np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
 
     def _values(self, key: str) -> Array:

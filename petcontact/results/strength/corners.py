@@ -104,7 +104,9 @@ def corners_of(mesh: Any) -> Corners:
 @corners_of.register
 def _(mesh: SurfaceMesh) -> Corners:
     one, other, angle, ends = edges(mesh)
-    chosen = (one < other) & (
+    # sides that hang on longer ones are paired one way only
+    twice = np.isin(other + 1j * one, one + 1j * other)
+    chosen = ((one < other) | ~twice) & (
         (np.abs(angle - math.pi) > SMOOTH) | (mesh.part[one] != mesh.part[other])
     )
     element, ends = np.column_stack([one[chosen], other[chosen]]), ends[chosen]
