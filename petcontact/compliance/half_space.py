@@ -124,8 +124,8 @@ def _part(operators: BoundaryOperators, nodes: Index, frame: Array) -> Array:
 
     add(mesh.x[nodes], None)
     sides = _sides(operators, nodes, frame)
-    for moves in itertools.product((0, 1, 2), repeat=2) if sides is not None else ():
-        if any(moves) and sides is not None:
+    for moves in itertools.product((0, 1, 2), repeat=len(sides)):
+        if any(moves):
             x, sign = mesh.x[nodes], np.ones(k)
             for axis, move in enumerate(moves):
                 if move:
@@ -143,10 +143,10 @@ and the sign of each component's image."""
 
 def _sides(
     operators: BoundaryOperators, nodes: Index, frame: Array
-) -> tuple[tuple[Side, Side], tuple[Side, Side]] | None:
-    """Return the two pairs of opposite sides of a part, or None.
+) -> tuple[tuple[Side, Side], ...]:
+    """Return the two pairs of opposite sides of a part, or nothing.
 
-    It is None unless the part is a rectangle whose sides are parallel to its tangents.
+    It is nothing unless the part is a rectangle whose sides are parallel to its tangents.
     """
     mesh, data = operators.mesh, operators.data
     tangents = frame[0, :2]
@@ -159,7 +159,7 @@ def _sides(
         np.abs(frame - frame[0]).max() > SINGLE
         or abs(mesh.weight[nodes].sum() - area) > SINGLE * area
     ):
-        return None
+        return ()
     middle = mesh.x[nodes[0]] + tangents.T @ (0.5 * (low + high) - tangents @ mesh.x[nodes[0]])
     others = np.flatnonzero(~np.isin(np.arange(mesh.n_nodes), nodes))
     pairs = []

@@ -173,10 +173,8 @@ class RigidModeConstraint:
             strength.max(initial=0.0)
         )
         if not resisted.all():
-            basis, self.free = (
-                basis @ turned[:, resisted],
-                np.column_stack([self.free, basis @ turned[:, ~resisted]]),
-            )
+            self.free = np.column_stack([self.free, basis @ turned[:, ~resisted]])
+            basis = basis @ turned[:, resisted]
         self.resisted = basis / size[:, None]
         self.columns = modes.motion[linearised.active] @ self.resisted * self._length
         rows = basis.T @ work

@@ -301,10 +301,8 @@ def _changes(same: Callable[[Array], Mask], low: Array, high: Array) -> Array:
         step = (high - low) / PARTS
         stays = same(low + step * np.arange(1, PARTS)[:, None])
         passed = np.logical_and.accumulate(stays, axis=0).sum(axis=0)
-        low, high = (
-            low + passed * step,
-            np.where(stays.all(axis=0), high, low + (passed + 1) * step),
-        )
+        low = low + passed * step
+        high = np.where(stays.all(axis=0), high, low + step)
     return high
 
 

@@ -136,8 +136,8 @@ def check_pairs(problem: Any) -> None:
 
 def _check_choice(key: str, pair: Pair, obstacles: Sequence[Any]) -> None:
     """Refuse an obstacle among several primaries that nodes cannot choose by its distance."""
-    among = [o for o in obstacles if o.name in names_of(pair.primary)]
-    for obstacle in among if len(names_of(pair.primary)) > 1 else ():
+    names = names_of(pair.primary)
+    for obstacle in (o for o in obstacles if o.name in names and len(names) > 1):
         if obstacle.shape is None:
             raise InputError(
                 f"{key}.primary: obstacle {obstacle.name!r} has no shape, so that every node would "

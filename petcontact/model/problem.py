@@ -242,7 +242,9 @@ class Problem(Setting):
     def _bodies_of_revolution(self) -> Problem:
         if self.twisted:
             self.__dict__.update(with_third_components(self))
-        for k, body in enumerate(self.body if self.symmetry == "axial" else ()):
+        if self.symmetry != "axial":
+            return self
+        for k, body in enumerate(self.body):
             if body.material.plane == "stress":
                 key = "material" if self.is_flat else f"body[{k}].material"
                 raise ValueError(f'{key}.plane: a body of revolution is no plate, got "stress"')

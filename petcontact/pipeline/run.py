@@ -84,11 +84,8 @@ def prepare(
         check_feasible(discrete, comm)
         system = eliminated(discrete, comm, cases, announce)
     chosen = problem.method if method is None else method
-    if not discrete.interfaces:
-        chosen, rule = (
-            Method(name="semismooth-newton"),
-            None,
-        )  # for nothing: whichever method is asked for
+    if not discrete.interfaces:  # there is nothing for a method to do, whichever is asked for
+        chosen, rule = Method(name="semismooth-newton"), None
     prepared = PreparedProblem(
         discrete, system, method_of(chosen, rule, problem.method), comm, {**seconds, **stages}
     )

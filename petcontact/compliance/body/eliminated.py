@@ -58,11 +58,8 @@ class ElasticBody(abc.ABC):
 
     def __init__(self, operators: BoundaryOperators, modes: Array) -> None:
         self.operators, self.modes = operators, modes
-        self.mesh, self.data, self.contact = (
-            operators.mesh,
-            operators.data,
-            operators.data.contact_nodes,
-        )
+        self.mesh, self.data = operators.mesh, operators.data
+        self.contact = self.data.contact_nodes
         self.resultant = _resultant(operators, modes)
 
     def apply(self, traction: Array) -> Array:

@@ -230,11 +230,9 @@ def _eliminated(cluster: Cluster, children: list[Schur]) -> _Eliminated:
     kept = len(d)
     if len(late_row):
         late = e[late_row]
-        f, g, d = (
-            np.hstack([f[row], e[row[:, None], late_column]]),
-            np.vstack([g[:, column], late[:, column]]),
-            np.block([[d, g[:, late_column]], [f[late_row], late[:, late_column]]]),
-        )
+        d = np.block([[d, g[:, late_column]], [f[late_row], late[:, late_column]]])
+        f = np.hstack([f[row], e[row[:, None], late_column]])
+        g = np.vstack([g[:, column], late[:, column]])
     forth = inverse @ f
     active = rows[row], columns[column], rows[late_row], columns[late_column]
     return _Eliminated(len(block), Schur(kept, d - g @ forth), inverse, forth, g, *active)

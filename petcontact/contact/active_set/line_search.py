@@ -57,11 +57,8 @@ class LineSearch:
             trial = self.sigma + share * (sigma - self.sigma), self.v + share * (v - self.v)
             left = self._merit(*trial)
             if left < (1.0 - DESCENT * share) * self._left:
-                (self.sigma, self.v), self.alpha, self._left = (
-                    trial,
-                    self.alpha + share * (alpha - self.alpha),
-                    left,
-                )
+                (self.sigma, self.v), self._left = trial, left
+                self.alpha = self.alpha + share * (alpha - self.alpha)
                 return True
         return False
 

@@ -75,7 +75,9 @@ class RevolvedSurface(RoundSurface):
     def __post_init__(self) -> None:
         check_digits(self.section.diameter, [self.centre], "body of revolution")
         checked_section(self.section)
-        for name in set(FACES) & {*self._round_parts} if not self._is_whole else ():
+        taken = set(FACES) & {*self._round_parts}
+        if taken and not self._is_whole:
+            name = min(taken)
             raise InputError(
                 f"geometry: the part {name!r} is a plane face where the section begins or ends; "
                 f"choose another name"

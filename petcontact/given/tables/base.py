@@ -247,10 +247,11 @@ class Model(Frozen, metaclass=_OneLine):
     def _without_control_characters(cls, data: Any) -> Any:
         """Names go into files and file names; expressions may have several lines, and a title is
         printed with all that is no letter written out. The other spelling of a key is taken."""
-        if isinstance(data, dict):
-            data = {known_key(key, cls.model_fields, data): data[key] for key in data}
-            cls._refuse_one_of_several(data)
-        for key, value in data.items() if isinstance(data, dict) else ():
+        if not isinstance(data, dict):
+            return data
+        data = {known_key(key, cls.model_fields, data): data[key] for key in data}
+        cls._refuse_one_of_several(data)
+        for key, value in data.items():
             field = cls.model_fields.get(key)
             lines = field and any(isinstance(m, pydantic.PlainValidator) for m in field.metadata)
             refused = NOT_IN_TITLES if key == "title" else NOT_IN_LINES if lines else NOT_IN_NAMES

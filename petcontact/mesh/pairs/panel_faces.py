@@ -302,11 +302,8 @@ class PanelFaces(Faces):
         c, x = self.centre - middle, x - middle
         # squared distance of line and centre less the squared reach, as one product of what lines
         # and panels have
-        square, reach, (a, b) = (
-            np.sum(c**2, axis=1),
-            np.sqrt(1.0 + WRITTEN) * self._reach,
-            np.triu_indices(3),
-        )
+        square, reach = np.sum(c**2, axis=1), np.sqrt(1.0 + WRITTEN) * self._reach
+        a, b = np.triu_indices(3)
         panels = np.vstack([c.T, square - reach**2, reach, np.ones(len(c)), c[:, a].T * c[:, b].T])
         for k in range(0, len(x), step):
             way, point = direction[k : k + step], x[k : k + step]

@@ -316,12 +316,8 @@ class TailErrors:
         (n_elements,) array
             [length² · area]
         """
-        solution, (mesh,), (tails,), (body,) = (
-            self.solution,
-            self.meshes,
-            self.tails,
-            step.bodies.values(),
-        )
+        solution, (mesh,), (tails,) = self.solution, self.meshes, self.tails
+        (body,) = step.bodies.values()
         contact, slips, sticks = np.zeros((3, mesh.n_elements), dtype=bool)
         for name, pair in step.pairs.items():
             contact[mesh.element[solution.nodes[name]]] = True

@@ -31,7 +31,9 @@ def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
 def _strains(solution: Solution) -> list[Finding]:
     """Find bodies with large strains, and loaded bodies with strains that are almost 0."""
     findings = list[Finding]()
-    for body in solution.posed.bodies if solution.steps else ():
+    if not solution.steps:
+        return findings
+    for body in solution.posed.bodies:
         if not solution.body_fields(body.name).known:
             continue
         _, state = solution.boundary_state(body.name)
@@ -100,7 +102,7 @@ def _gaps(discrete: Discrete) -> list[Finding]:
     """Find bodies that touch no other one, and gaps that bilateral contact closes by force."""
     findings, names = list[Finding](), [body.name for body in discrete.posed.bodies]
     touching = {names[number] for side in discrete.sides for number in side.bodies}
-    for name in [name for name in names if name not in touching] if len(names) > 1 else ():
+    for name in (n for n in names if n not in touching and len(names) > 1):
         text = "touches no other body"
         advice = "bodies meet where a [[contact]] names their parts"
         findings.append(new_finding("unpaired", text, f"body {name!r}", advice=advice))

@@ -89,8 +89,9 @@ def nearest_only(
     for _, group in itertools.groupby(pairs, lambda pair: (pair[0].group, pair[0].ends[0])):
         faces = [interface for _, interface in group]
         apart = np.array([f.gap if f.distance is None else f.distance for f in faces])
-        for k, own in enumerate(faces) if len(faces) > 1 else ():
-            lost = apart.argmin(axis=0) != k
+        nearest = apart.argmin(axis=0)
+        for k, own in enumerate(faces):
+            lost = nearest != k
             distance = None if own.distance is None else np.where(lost, np.inf, own.distance)
             faces[k] = replace(own, gap=np.where(lost, np.inf, own.gap), distance=distance)
         result += faces

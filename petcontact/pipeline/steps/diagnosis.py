@@ -109,13 +109,9 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Fin
 def _named(increment: Increment, loose: Array) -> str:
     """Return a text that names the bodies and obstacles that move in motions (q, r) of unit
     size."""
-    problem, system, share = (
-        increment.problem,
-        increment.problem.system,
-        np.linalg.norm(loose, axis=0),
-    )
+    problem, share = increment.problem, np.linalg.norm(loose, axis=0)
     posed, owners = problem.discrete.posed, list[str]()
-    for body, eliminated in zip(posed.bodies, system.bodies, strict=True):
+    for body, eliminated in zip(posed.bodies, problem.system.bodies, strict=True):
         owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
     for mover, motion in zip(problem.movers, increment.obstacles, strict=True):
         owners += [mover] * int(motion.free.sum())

@@ -126,11 +126,13 @@ def _check_wear(
         {side.name: side.law for side in posed.interfaces}
         for posed in (old.posed, problem.discrete.posed)
     )
-    for name in now if steps else ():
+    if not steps:
+        return
+    for name in now:
         worn = (wear := steps[-1].pairs[name].wear) is not None and wear.any()
-        for key in ("wear_coefficient", "wear_share") if worn else ():
+        for key in ("wear_coefficient", "wear_share"):
             then, new = (getattr(laws[name], key) for laws in (before, now))
-            if then != new:
+            if worn and then != new:
                 raise InputError(
                     f"method.start: {file} has {name} worn with {key} = {then}, here it is {new}"
                 )

@@ -85,10 +85,8 @@ def _pieces(corners: int, curved: bool, *halved: bool) -> Array:
     """Return matrices (2 or 4, k, k) from the k points of a panel to those of its pieces."""
     points = reference_points(corners) if curved else REFERENCE[corners]
     if corners == 4:
-        (a, b), ends = (
-            (((-1, 0), (0, 1)) if half else ((-1, 1),) for half in halved),
-            REFERENCE[4] > 0.0,
-        )
+        a, b = (((-1, 0), (0, 1)) if half else ((-1, 1),) for half in halved)
+        ends = REFERENCE[4] > 0.0
         pieces = [
             np.column_stack(
                 [np.where(end, pair[1], pair[0]) for end, pair in zip(ends.T, (i, j), strict=True)]

@@ -241,7 +241,9 @@ class _Walk:
 
     def _before(self, last: Point, way: Array, across: Array, length: float) -> Point | None:
         """Return the point just before a jump at a length, which may be none."""
-        for back in (1e-9, 1e-6, 1e-3, 0.1) if length > 0.0 else ():
+        if length <= 0.0:
+            return None
+        for back in (1e-9, 1e-6, 1e-3, 0.1):
             found = self.centred(last[0] + (1.0 - back) * length * way, across)
             if found is not None:
                 return found

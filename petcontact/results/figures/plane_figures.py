@@ -205,8 +205,9 @@ def _draw_bounds(axes: Any, solution: SolutionData, name: str, order: Index) -> 
         word = r"$\pm$ bound" + ("" if single else f", {plain(ends[number].title)}")
         style = {"color": "black" if single else f"C{number}", "lw": 0.7, "ls": (0, (1, 1))}
         s = ends[number].pairs[name].arc_length[order]
-        for sign, text in ((1.0, word), (-1.0, None)) if np.isfinite(bound).all() else ():
-            axes.plot(s, sign * bound, label=text, **style)
+        if np.isfinite(bound).all():
+            axes.plot(s, bound, label=word, **style)
+            axes.plot(s, -bound, **style)
 
 
 def draw_normal(figure: Any, solution: SolutionData) -> None:

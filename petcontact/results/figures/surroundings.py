@@ -133,7 +133,9 @@ def draw_loads(axes: Any, solution: SolutionData, view: View) -> None:
     every = np.vstack([np.zeros((1, 2)), *(side.traction for side in sides)])
     largest = float(np.hypot(*every.T).max())
     word = f"load, up to {largest:.3g} {solution.problem.units.stress or ''}".rstrip()
-    for side in sides if largest > 0.0 else ():
+    if largest == 0.0:
+        return
+    for side in sides:
         shown = spread(side.x, size / ARROWS)
         pulls = np.sum(side.traction * side.normal, axis=1) > 0.0
         arrows = side.traction * (LONG * size / largest)
@@ -152,7 +154,9 @@ def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
     word = (
         f"contact traction, {LONG * size:.2g} long is {float(f'{largest:.2g}'):g} {unit}".rstrip()
     )
-    for name, pair in pairs.items() if largest > 0.0 else ():
+    if largest == 0.0:
+        return
+    for name, pair in pairs.items():
         along = pair.sigma_t[:, :1] * pair.tangent[:, 0, :2]
         traction = along - pair.pressure[:, None] * pair.normal
         arrows = traction * (LONG * size / largest)

@@ -251,8 +251,8 @@ def _gaps(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[str]:
     first = solution.provenance.distance.get(name, 0.0) if step.step == 1 else 0.0
     gaps = {"first overlap": -first}
     gaps |= {"first gap": first, "largest gap left": left} if tell.verbose else {}
-    for words, value in gaps.items() if law.normal == "unilateral" else ():
-        if WRITTEN * tell.size < value < np.inf:
+    for words, value in gaps.items():
+        if law.normal == "unilateral" and WRITTEN * tell.size < value < np.inf:
             yield f"{words} {value:.3g} {tell.unit('length')}".rstrip()
 
 
