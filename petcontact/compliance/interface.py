@@ -211,15 +211,15 @@ class ContactMaps:
         return scipy.sparse.csc_array(self.traction.T)
 
     def add_compliance(self, own: Array, total: Array) -> None:
-        """Add a body's compliance (k m_c, k m_c) to that of all interfaces (k M, k M).
+        """Add a body's compliance (k m_c, k m_c) to that of all interfaces (k M, k M), transposed.
 
-        Only rows of interfaces that the body has are touched: of many bodies each has a few.
+        Of many bodies S takes GB: it is stored by columns from the start, as LU wants it. Only rows
+        of interfaces that the body has are touched: of many bodies each has a few.
         """
         entries = np.diff(self.displacement.indptr) + np.diff(self.traction.indptr)
         rows = np.flatnonzero(entries)
-        carried = np.ascontiguousarray(own.T)
-        felt = np.ascontiguousarray((self.traction[rows] @ carried).T)
-        block = self.displacement[rows] @ felt
+        seen = np.ascontiguousarray((self.displacement[rows] @ own).T)
+        block = self.traction[rows] @ seen
         # runs of neighbouring rows: slices are added several times as fast as single entries
         starts = np.flatnonzero(np.diff(rows, prepend=-2) > 1)
         runs = [slice(*ends) for ends in itertools.pairwise([*starts.tolist(), len(rows)])]

@@ -192,7 +192,7 @@ class BodiesSystem:
         total = np.zeros((self.k * self.size, self.k * self.size))
         for body, maps in zip(self.bodies, self._maps, strict=True):
             maps.add_compliance(body.compliance, total)
-        dense = DenseCompliance(total, comm, self.surrogate)
+        dense = DenseCompliance(total.T, comm, self.surrogate)
         return shared_by(cases, dense, self.base.shape[1], comm)
 
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:

@@ -131,6 +131,11 @@ class Posed:
         """The outline or surface of each body."""
         return [self.outline_of(body.number) for body in self.bodies]
 
+    def softness(self, side: PosedInterface) -> float:
+        """Return 1/E* of the bodies that meet at an interface [1/stress]."""
+        materials = [self.bodies[number].material for number in side.bodies]
+        return sum(0.5 * (1.0 - m.plane_strain_ratio) / m.shear_modulus for m in materials)
+
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """The obstacles before the first step."""

@@ -210,6 +210,17 @@ class GradedOutline:
             if np.isfinite(gap).any()
         )
 
+    def gap(self, part: str, s: Array) -> Array:
+        """Return the least gap (n,) at arc lengths (n,) along a part, nan where nothing is opposite
+        [length]."""
+        result, sides = np.full(len(s), np.nan), self.outline.sides
+        for side, start, row in zip(sides, self.outline.offsets, self.gaps, strict=True):
+            share = (s - start) / side.length
+            on = (side.part == part) & (share >= 0.0) & (share <= 1.0)
+            for each in row:
+                result[on] = np.fmin(result[on], each.values(share[on])[:, 0])
+        return result
+
     def touching_beside(self, side: int, places: Collection[float]) -> dict[float, float]:
         """Return what `touching` has of a side, without arc lengths that are one of some places."""
         return {

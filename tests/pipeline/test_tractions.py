@@ -86,6 +86,32 @@ def test_a_light_contact_of_unlike_bodies_is_that_of_hertz(axial, joint, push):
     assert solution.converged and wrong < solution.accuracy.error < 1e-2
 
 
+def test_what_carries_nothing_is_not_meshed_finer():
+    """A plate on two discs, the second of which is 1e-3 lower: the first carries what Hertz says, on the edges that its force
+    has given to the second mesh already."""
+    push, discs = 1e-6, []
+    for name, x, y in (("high", -1.5, 0.0), ("low", 1.5, -1e-3)):
+        sides = [
+            {"part": "top", "to": [x - 1.0, y - 1.0], "through": [x, y]},
+            {"part": "flat", "to": [x + 1.0, y - 1.0]},
+        ]
+        discs.append(solid(name, {"shape": "outline", "loops": [sides]}, moved("flat", [0.0, 0.0])))
+    plate = solid("plate", rectangle([-3.0, 0.0], [3.0, 1.0]), moved("top", [0.0, -push]))
+    pairs = [touching(name, f"{name}.top", "plate.bottom") for name in ("high", "low")]
+    solution = adapt(problem(body=[plate, *discs], contact=pairs))
+    pair, nodes = (
+        solution.pairs["high"],
+        {name: mesh.n_nodes for name, mesh in solution.meshes.items()},
+    )
+    assert not solution.pairs["low"].pressure.any() and nodes["low"] < 0.5 * nodes["high"]
+    exact = LineContact(
+        float(pair.weight @ pair.pressure), 1.0, contact_modulus(1.0, 0.3, 1.0, 0.3)
+    ).pressure(pair.x[:, 0] + 1.5)
+    wrong = np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2))
+    assert solution.converged and wrong < solution.accuracy.error < 1e-2
+    assert len(solution.accuracy.differences) == 2
+
+
 def test_wear_that_jumps_leaves_an_edge_that_presses():
     posed = blocks(-1.0, 1.0)
     worn = posed.contact[0].model_copy(update={"wear_coefficient": "where(x > 0.25, 0.1, 0)"})

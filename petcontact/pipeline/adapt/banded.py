@@ -248,7 +248,8 @@ class Bands:
         ridge = ridge_of(gap, chart, chart.local(middle[None])[0])
         if ridge is None or ridge.closed or not ridge.straight:
             return None
-        forecast = forecast_of(ridge, chart.at(ridge.points), force, self._modulus(side))
+        modulus = 1.0 / self._posed.softness(side)
+        forecast = forecast_of(ridge, chart.at(ridge.points), force, modulus)
         if not _is_long(forecast):
             return None
         charts = (chart,) if other is None else (chart, other)
@@ -259,13 +260,6 @@ class Bands:
     ) -> tuple[Chart | None, Chart | None]:
         own, *others = [chart_of(self._boundaries[b], part, middle) for b, part in side.ends]
         return own, (others[0] if others else None)
-
-    def _modulus(self, side: PosedInterface) -> float:
-        """Return E* of the bodies that meet [stress]."""
-        bodies = [self._posed.bodies[b] for b in side.bodies]
-        return 1.0 / sum(
-            (1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in bodies
-        )
 
     def _known_force(self, side: PosedInterface) -> float | None:
         """Return the largest force that an obstacle is given, against the secondary, or None."""

@@ -34,11 +34,14 @@ class Difference:
     singular : dict of lists of float
         For each interface, arc lengths of points where tractions grow from mesh to mesh and differ
         by more than `inside` [length].
+    each : dict of float
+        `inside` of each interface [-].
     """
 
     inside: float = 0.0
     whole: float = 0.0
     singular: dict[str, list[float]] = field(default_factory=dict)
+    each: dict[str, float] = field(default_factory=dict)
 
 
 class Ends(NamedTuple):
@@ -46,6 +49,10 @@ class Ends(NamedTuple):
 
     arc_lengths: Array
     length: float
+
+
+Compared = tuple[float, float, dict[float, float]]
+"""Differences on an interface with and without fading, and the shares of growing places."""
 
 
 def difference(coarse: Solution, fine: Solution, ends: dict[str, Ends] | None = None) -> Difference:
@@ -64,15 +71,21 @@ def difference(coarse: Solution, fine: Solution, ends: dict[str, Ends] | None = 
         for steps in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True)
         for name in steps[1].pairs
     ]
-    inside = max((apart for _, (apart, _, _) in compared), default=0.0)
+    each = dict[str, float]()
+    for name, (apart, _, _) in compared:
+        each[name] = max(apart, each.get(name, 0.0))
+    inside = max(each.values(), default=0.0)
     whole = max((apart for _, (_, apart, _) in compared), default=0.0)
-    singular: dict[str, set[float]] = {}
+    return Difference(inside, whole, _growing_places(compared, inside), each)
+
+
+def _growing_places(compared: list[tuple[str, Compared]], inside: float) -> dict[str, list[float]]:
+    """Return the places of each interface whose share exceeds the difference away from them."""
+    result = dict[str, set[float]]()
     for name, (_, _, growing) in compared:
         places = {s for s, share in growing.items() if share > inside}
-        singular[name] = singular.get(name, set()) | places
-    return Difference(
-        inside, whole, {name: sorted(places) for name, places in singular.items() if places}
-    )
+        result[name] = result.get(name, set()) | places
+    return {name: sorted(places) for name, places in result.items() if places}
 
 
 def _on_interface(
@@ -80,7 +93,7 @@ def _on_interface(
     steps: tuple[StepResult, StepResult],
     name: str,
     ends: Ends,
-) -> tuple[float, float, dict[float, float]]:
+) -> Compared:
     """Return the difference of an interface at the end of a step, with and without fading.
 
     The third value is the share that the surroundings of each point have in it at which tractions

@@ -191,12 +191,10 @@ def small_contacts(posed: Posed, solution: Solution) -> list[tuple[PosedInterfac
     contacts, step = [], solution.tried[-1]
     depth = step.residuals.get("between", 0.0) if step.status != "converged" else 0.0
     for side in posed.interfaces:
-        both = [posed.bodies[number] for number in (side.body, *(side.primary or ())[:1])]
-        soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
-        mesh = as_surface(solution.meshes[both[0].name])
+        mesh = as_surface(solution.meshes[posed.bodies[side.body].name])
         pair = step.pairs[side.name]
         nodes = solution.nodes[side.name]
-        expected = small_contact(mesh, nodes, pair.pressure, pair.gap, 1.0 / soft)
+        expected = small_contact(mesh, nodes, pair.pressure, pair.gap, 1.0 / posed.softness(side))
         if depth > 0.0 and not pair.pressure.any():
             lowest = lowest_between(mesh.element[nodes], pair.gap, mesh.n_elements).min()
             expected = overlapping_contact(mesh, nodes, pair.gap, depth) if lowest < 0.0 else None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -20,13 +22,14 @@ from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
 from ...refinement.known_data import SideData, varying_data
 from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import FINER, FINEST, UNSEEN, GradedOutline, LevelMesh
+from ...refinement.narrow_contacts import NarrowContact
 from ...results.contact_zones import pair_edges
-from ...results.records import step_ends
+from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from ..judge.findings import limit_of, wants_smaller_elements
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
-from .difference import Difference, difference, fading_places
+from .difference import Difference, difference, fading_places, unloaded
 from .part_ends import PressedSides, pressed_sides
 from .strategy import Strategy
 
@@ -38,6 +41,10 @@ MANY = 12
 they leave are weak if they are close to each other. Of 24 increments a step all edges took up to
 twice as many nodes; with one of them a true error was 1.6 times the reported one (random contacts
 of scripts/verify_random --contact --seed 7 --first 100)."""
+SMOOTH = 2.0 / 3.0
+"""Largest length of elements on a side that is closed all over, over the thickness of its body [-].
+What presses on the other side of the body shows there: elements of order 3 with 3/2 of it had an
+error of 2e-2 on the shaft of a bearing of 12 rollers (its inner ring is 7 mm thick)."""
 FOUND = 0.1
 """Error of an edge's place over the smallest elements there [-], see `CONTACT_REFINEMENT_LEVELS`.
 Edges at the ends of two steps that are farther apart are two, however coarse the level is: an edge
@@ -67,6 +74,8 @@ class Tractions(Strategy):
         self._posed, self._bodies = posed, dict[int, GradedOutline]()
         self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
+        self._apart_of = dict[str, list[float]]()
+        self._idle, self._settled = set[tuple[int, str]](), dict[int, Level]()
         self._sides = {side.name: (side.body, side.part) for side in posed.interfaces}
         outlines = [as_outline(boundary, "--adapt").joined for boundary in posed.boundaries]
         self._pressed = pressed_sides(outlines, posed.interfaces)
@@ -83,7 +92,7 @@ class Tractions(Strategy):
             body = GradedOutline.from_body(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, posed)
-        body = self._bodies[number]
+        body, level = self._bodies[number], self._settled.get(number, level)
         edges_on: dict[str, list[Edge]] = {}  # a part may be in several contacts
         for name, (b, part) in self._sides.items():
             if b == number:
@@ -92,16 +101,25 @@ class Tractions(Strategy):
         for k, (side, start) in enumerate(
             zip(body.outline.sides, body.outline.offsets, strict=True)
         ):
-            unseen = side.part in edges_on and not self._last
-            unseen = unseen and not body.meets_at_points(k, limit_of("far apart"))
-            largest.append(side.whole / UNSEEN if unseen else np.inf)
             edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
+            largest.append(self._largest(number, k, edges))
             pressing = self._pressing_sizes(number, k, edges, level)
-            if not edges:
+            if not edges and (number, side.part) not in self._idle:
                 pressing |= body.touching_beside(k, pressing)
             if graded := self._graded(pressing, edges, level, body, side.length):
                 inner[k] = graded
         return body.mesh(level, largest, None, inner)
+
+    def _largest(self, number: int, k: int, edges: list[Edge]) -> float:
+        """Return the largest length of elements on a side [length]."""
+        body = self._bodies[number]
+        side = body.outline.sides[k]
+        if (number, side.part) not in self._sides.values():
+            return np.inf
+        if not self._last:
+            points = body.meets_at_points(k, limit_of("far apart"))
+            return np.inf if points else side.whole / UNSEEN
+        return np.inf if edges or (number, side.part) in self._idle else SMOOTH * body.scale
 
     def _graded(
         self,
@@ -170,6 +188,32 @@ class Tractions(Strategy):
             )
         }
         self._edges = self._edges_of(solution)
+        self._idle = set(self._sides.values()) - {
+            self._sides[name]
+            for step in solution.steps
+            for name, pair in step.pairs.items()
+            if pair.size.max(initial=0.0) > unloaded(self._posed)
+        }
+        if self.differences:
+            self._settle(level)
+
+    def _settle(self, level: Level) -> None:
+        """Keep the level of bodies whose contacts are all as accurate as is wanted."""
+        bodies = {side.name: set(side.bodies) for side in self._posed.interfaces}
+        for name, both in bodies.items():
+            if both - self._settled.keys():  # else its mesh is the one before
+                self._apart_of.setdefault(name, []).append(self._apart.each[name])
+        errors = self._errors()
+        left = {b for name, both in bodies.items() if errors[name] > self.wanted for b in both}
+        every = set[int]().union(*bodies.values())
+        self._settled = {b: self._settled.get(b, level) for b in every - left}
+
+    def _errors(self) -> dict[str, float]:
+        """Return the error of each contact by `believed`, 0 of one that carries nothing."""
+        return {
+            name: 0.0 if self._sides[name] in self._idle else believed(differences)
+            for name, differences in self._apart_of.items()
+        }
 
     def mark_failed(self, solution: Solution) -> bool:
         """Store the edges of the contact in a rejected solution that overlaps beside it; return
@@ -177,21 +221,38 @@ class Tractions(Strategy):
         failed = solution.failed
         if failed is None or "overlap between nodes" not in wants_smaller_elements(failed.findings):
             return super().mark_failed(solution)
-        self._edges = self._edges_of(replace(solution, steps=solution.tried))
+        self._edges, self._idle = self._edges_of(replace(solution, steps=solution.tried)), set()
+        self._settled.clear()
         return any(self._edges.values())
 
     def _edges_of(self, solution: Solution) -> dict[str, list[Edge]]:
         finest = {
             name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
         }
-        return edges_of_steps(solution, self._level.edge, finest)
+        return edges_of_steps(solution, self._level.edge, finest, self._narrow)
+
+    def _narrow(
+        self, solution: Solution, name: str, pair: PairResult, seen: list[Edge]
+    ) -> list[Edge]:
+        """Return the edges of a pair, those of the first mesh by what narrow contacts carry."""
+        if self.differences:
+            return seen
+        side = next(side for side in self._posed.interfaces if side.name == name)
+        mesh, order = solution.meshes[solution.sides[name][0]], np.argsort(pair.arc_length)
+        load = pair.pressure * mesh.measure[solution.nodes[name]]
+        contact = NarrowContact(
+            functools.partial(self._bodies[side.body].gap, side.part), self._posed.softness(side)
+        )
+        closed = (pair.state != OPEN)[order]
+        return contact.edges(seen, pair.arc_length[order], load[order], closed)
 
     @property
     def estimate(self) -> float:
-        """Estimated error of the last mesh: the last difference, which is the error of the mesh
-        before; of one difference alone twice that, see `CONTACT_LADDER` [-]."""
+        """Estimated error of the last mesh, the largest of all contacts: the last difference, which
+        is the error of the mesh before; of one difference alone twice that, see `CONTACT_LADDER`
+        [-]."""
         if not CONTACT_LADDER.believes(self.differences, self.wanted):
-            return believed(self.differences)
+            return max(self._errors().values(), default=believed(self.differences))
         return max(2.0 * self.differences[0], self._level.error)
 
     def shown(self) -> dict[str, Any]:
@@ -241,7 +302,10 @@ def _with_data(body: GradedOutline, data: list[list[SideData]]) -> GradedOutline
 
 
 def edges_of_steps(
-    solution: Solution, smallest: float, finest: dict[str, float]
+    solution: Solution,
+    smallest: float,
+    finest: dict[str, float],
+    moved: Callable[[Solution, str, PairResult, list[Edge]], list[Edge]],
 ) -> dict[str, list[Edge]]:
     """Return the edges of every interface at the ends of all steps, and of earlier increments.
 
@@ -253,7 +317,8 @@ def edges_of_steps(
     for name in solution.nodes:
         edges = {True: list[Edge](), False: list[Edge]()}
         for step in solution.steps:
-            edges[id(step) in last] += pair_edges(step.pairs[name], smallest, finest[name])
+            seen = pair_edges(step.pairs[name], smallest, finest[name])
+            edges[id(step) in last] += moved(solution, name, step.pairs[name], seen)
         ends = merged(edges[True], FOUND * smallest, (), finest[name])
         between = sorted(edges[False], key=lambda edge: edge.s)
         result[name] = merged(between[:: 1 + len(between) // MANY], smallest, ends, finest[name])

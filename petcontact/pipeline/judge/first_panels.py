@@ -91,15 +91,13 @@ def bent_sides(
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in [side for side in posed.interfaces if side.law.normal == "unilateral"]:
         ends = [step.pairs[side.name] for step in solution.steps]
-        bodies = [side.body, *(side.primary or ())[:1]]
         closed = np.any([pair.pressure > 0.0 for pair in ends], axis=0)
         most = max(float(pair.pressure.max(initial=0.0)) for pair in ends)
-        soft = sum(
-            (1.0 - b.material.poisson_ratio**2) / b.material.young_modulus
-            for b in map(posed.bodies.__getitem__, bodies)
+        strain, size = (
+            accuracy * most * posed.softness(side),
+            float(np.sqrt(ends[-1].weight[closed].sum())),
         )
-        strain, size = accuracy * most * soft, float(np.sqrt(ends[-1].weight[closed].sum()))
-        for b in bodies:
+        for b in side.bodies:
             if surface := _curved(posed, b):
                 marked[b] |= bent(meshes[b], surface, ends[-1].x[closed], strain, strain * size)
     return marked

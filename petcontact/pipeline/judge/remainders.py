@@ -235,13 +235,11 @@ def gap_remainders(
     for side, contact_nodes in zip(posed.interfaces, nodes, strict=True):
         gap = side.law.gap
         rough = gap is not None and gap.varies and gap.everywhere
-        soft = sum(
-            0.5 * math.pi * kernel_for(meshes[b], posed.bodies[b].material).half_space_compliance
-            for b in side.bodies
-        )
         opens = side.law.normal == "unilateral" and rough
         remainders.append(
-            GapRemainder(side, meshes[side.body], contact_nodes, 1.0 / soft) if opens else None
+            GapRemainder(side, meshes[side.body], contact_nodes, 1.0 / posed.softness(side))
+            if opens
+            else None
         )
     return remainders
 
