@@ -15,11 +15,17 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, OutputError, in_file
 from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
 from .options import option, options, positive
+
+if TYPE_CHECKING:
+    from ..contact.state import ContactState
+    from ..model.problem import Problem
+    from ..results.solution import Solution
+
 
 SUFFIXES = (".h5", ".hdf5")
 """Of result files."""
@@ -94,7 +100,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         return _run(arguments, case, comm)
 
 
-def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
+def _run(arguments: argparse.Namespace, case: Problem, comm: Any) -> int:
     from ..runtime.terminal import StatusLine, say
 
     first, quiet = comm.getRank() == 0, bool(arguments.quiet)
@@ -108,7 +114,7 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
     meshes = Meshes(status, output, replaces=is_replaced(arguments, output), quiet=quiet)
     with stopping(comm, meshes.saved) as stop:
 
-        def monitor(state: Any) -> str:
+        def monitor(state: ContactState) -> str:
             if arguments.monitor and first:
                 say(monitor_line(state))
             status.show(iteration_line(state, tolerance))
@@ -135,7 +141,11 @@ def _run(arguments: argparse.Namespace, case: Any, comm: Any) -> int:
 
 
 def _tell(
-    arguments: argparse.Namespace, solution: Any, output: Path, pictures: Path | None, said: str
+    arguments: argparse.Namespace,
+    solution: Solution,
+    output: Path,
+    pictures: Path | None,
+    said: str,
 ) -> None:
     """Print the verdict and draw; with --quiet its first line only, and no names of files."""
     from ..runtime.terminal import say
@@ -148,7 +158,7 @@ def _tell(
                 say(line)
 
 
-def _targets(arguments: argparse.Namespace, case: Any) -> tuple[Path, Path]:
+def _targets(arguments: argparse.Namespace, case: Problem) -> tuple[Path, Path]:
     """The result file and the folder of the figures, which can be written.
 
     Raises
@@ -187,7 +197,7 @@ def is_replaced(arguments: argparse.Namespace, output: Path) -> bool:
         return False
 
 
-def with_numbers(solution: Any) -> Any:
+def with_numbers(solution: Solution) -> Solution:
     """A solution with the numbers of its verdict, which the first rank computes, and the time that
     they took; with none where a signal comes meanwhile."""
     from ..runtime.petsc import petsc
@@ -199,7 +209,7 @@ def with_numbers(solution: Any) -> Any:
     return replace(solution, written=numbers, timings=timings)
 
 
-def saved_text(solution: Any, output: Path) -> str:
+def saved_text(solution: Solution, output: Path) -> str:
     """What a signal has left, and how to go on from there; an adaptive solve begins anew."""
     subject = "the last iterate" if solution.status == "failed" else "the solution"
     adaptive = solution.accuracy.wanted is not None
@@ -207,7 +217,7 @@ def saved_text(solution: Any, output: Path) -> str:
     return f"{subject} is saved in {output}{begin}"
 
 
-def solver(arguments: argparse.Namespace, problem: Any) -> Callable[..., Any]:
+def solver(arguments: argparse.Namespace, problem: Problem) -> Callable[..., Any]:
     """What solves: `adapt` where the command line asks for an adaptive solve, else `solve`, which
     adapts where the config asks for it."""
     accuracy = arguments.accuracy
@@ -320,7 +330,7 @@ def overrides(words: list[str]) -> dict[str, Any]:
     return result
 
 
-def read_files(config: str, case: Any) -> list[str]:
+def read_files(config: str, case: Problem) -> list[str]:
     """The files that a case is read from, but for the result that it starts from: going on may
     replace that."""
     return [config, *(b.geometry.file for b in case.body if hasattr(b.geometry, "file"))]
@@ -356,7 +366,7 @@ def report_unused(first: bool) -> None:
         print(f"petcontact: PETSc option {name} was not used by any object{hint}", file=sys.stderr)
 
 
-def report_ignored(case: Any, adaptive: bool, *, quiet: bool) -> None:
+def report_ignored(case: Problem, adaptive: bool, *, quiet: bool) -> None:
     """Name the keys of the config that the method that ran does not read."""
     method, keys = case.method, case.ignored(adaptive=adaptive)
     if keys and not quiet:
@@ -365,7 +375,7 @@ def report_ignored(case: Any, adaptive: bool, *, quiet: bool) -> None:
         print(f"petcontact: note: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
 
 
-def monitor_line(state: Any) -> str:
+def monitor_line(state: ContactState) -> str:
     """The iteration that has just ended, in full."""
     h = state.history
     counts = ", ".join(f"{name} {count}" for name, count in state.counts.items())
@@ -377,7 +387,7 @@ def monitor_line(state: Any) -> str:
     )
 
 
-def iteration_line(state: Any, tolerance: float) -> str:
+def iteration_line(state: ContactState, tolerance: float) -> str:
     """The iteration that has just ended, and of which increment it is."""
     h = state.history
     where = f"{state.where}, " if state.where else ""
@@ -387,7 +397,7 @@ def iteration_line(state: Any, tolerance: float) -> str:
     )
 
 
-def draw(solution: Any, output: Path, folder: Path, whole: bool) -> list[str]:
+def draw(solution: Solution, output: Path, folder: Path, whole: bool) -> list[str]:
     """Draw all figures of a solution, or the first ones; return where they are."""
     from ..results.figures.plots import FIRST, plot_all
 

@@ -36,7 +36,7 @@ Progress = Callable[[float], None]
 
 @functools.singledispatch
 def stress_across(
-    mesh: Any, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
+    mesh: BoundaryMesh, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
 ) -> Array:
     """Return the normal stress (m,) along the third axis: σ_zz, or the hoop stress of bodies of
     revolution [stress].

@@ -17,6 +17,7 @@ from ..compliance.body.superelement import SuperelementBody
 from ..compliance.reduced_bodies import BodiesSystem
 from ..errors import InputError, SolverError
 from ..geometry.condensed_surface import CondensedSurface
+from ..geometry.surface import Boundary
 from ..given.tables.solver_options import Bem
 from .choice import (
     LARGEST,
@@ -131,7 +132,9 @@ def eliminated_alone(discrete: Discrete, number: int, comm: Any) -> ElasticBody:
 
 
 @functools.singledispatch
-def _alone(boundary: Any, operators: BoundaryOperators, modes: Array, comm: Any) -> ElasticBody:
+def _alone(
+    boundary: Boundary, operators: BoundaryOperators, modes: Array, comm: Any
+) -> ElasticBody:
     return DenseBody(operators, modes, comm)
 
 

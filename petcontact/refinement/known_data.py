@@ -9,13 +9,13 @@ import functools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST
+from ..geometry.surface import Boundary
 from ..given.body_data import Body, Loads
 from ..given.conditions import Condition, Contact, Term
 from ..given.features import MOST_FEATURES
@@ -139,7 +139,7 @@ def varying_data(
 
 
 @functools.singledispatch
-def gap_edges(boundary: Any, part: str, gap: Given | None) -> list[Array]:
+def gap_edges(boundary: Boundary, part: str, gap: Given | None) -> list[Array]:
     """Return the points (k, d) of each edge that presses on a part [length].
 
     There the gap jumps, or has a kink that points to the part, as the apex of a wedge or, on the

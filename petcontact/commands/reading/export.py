@@ -13,10 +13,14 @@ import argparse
 import contextlib
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ...errors import InputError
 from ..options import CASE, RESULT, TABLE, check_folder, check_output, increment, option, options
+
+if TYPE_CHECKING:
+    from ...results.solution import Solution
+
 
 add_arguments = options(
     RESULT,
@@ -97,7 +101,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     return 0
 
 
-def _superelement(arguments: argparse.Namespace, solution: Any, petsc_words: list[str]) -> None:
+def _superelement(
+    arguments: argparse.Namespace, solution: Solution, petsc_words: list[str]
+) -> None:
     from ...pipeline.condensation import condensed_body
     from ...runtime.world import world
 
@@ -108,7 +114,7 @@ def _superelement(arguments: argparse.Namespace, solution: Any, petsc_words: lis
         print(f"{arguments.superelement}: body {body.name}, {len(body.x)} nodes")
 
 
-def _fields(arguments: argparse.Namespace, solution: Any) -> None:
+def _fields(arguments: argparse.Namespace, solution: Solution) -> None:
     from ...results.vtu.vtkhdf import write_vtkhdf
     from ...runtime.terminal import StatusLine
     from .field import grid

@@ -13,7 +13,7 @@ import contextlib
 import math
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,10 @@ from ..options import (
     options,
     real,
 )
+
+if TYPE_CHECKING:
+    from ...results.solution import Solution
+
 
 add_arguments = options(
     RESULT,
@@ -166,7 +170,7 @@ def _check_targets(arguments: argparse.Namespace, output: Path) -> None:
         check_output(arguments.figure, *FIGURE, inputs)
 
 
-def _write_boundaries(solution: Any, arguments: argparse.Namespace) -> None:
+def _write_boundaries(solution: Solution, arguments: argparse.Namespace) -> None:
     """A .vtu file of the boundary of each body that is asked for."""
     from ...results.vtu.boundary import write_boundary_vtu
     from ...results.vtu.collection import file_word
@@ -180,7 +184,7 @@ def _write_boundaries(solution: Any, arguments: argparse.Namespace) -> None:
 
 
 def _write_fields(
-    output: Path, solution: Any, arguments: Any, resolution: Any, box: Any
+    output: Path, solution: Solution, arguments: Any, resolution: Any, box: Any
 ) -> dict[str, Any]:
     """One .vtu of one body and increment, else a collection; the fields that are there then, by
     body."""
@@ -218,7 +222,7 @@ def _write_fields(
 
 def one_field(
     output: Path,
-    solution: Any,
+    solution: Solution,
     name: str,
     resolution: Any,
     box: Any,
@@ -237,7 +241,7 @@ def one_field(
     return {name: field}
 
 
-def points_table(source: str, output: Path, solution: Any, bodies: list[str] | None) -> Path:
+def points_table(source: str, output: Path, solution: Solution, bodies: list[str] | None) -> Path:
     """Displacement, stress, von Mises and principal stresses at the points of a file, as CSV."""
     from ...results.body_fields import quantities, quantity
     from ...results.tables import csv_text, with_units

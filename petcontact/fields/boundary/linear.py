@@ -10,7 +10,6 @@ is a fit; on flat elements it cancels, so that its accuracy does not matter ther
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 import scipy
@@ -69,7 +68,7 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
 
 
 @functools.singledispatch
-def _bent(mesh: Any, x: Array) -> Mask:
+def _bent(mesh: BoundaryMesh, x: Array) -> Mask:
     """Return whether each element or one of its neighbours needs a linear part, (n_elements,)."""
     return np.full(mesh.n_elements, True)
 

@@ -121,7 +121,7 @@ def first_options(body: Body, boundary: Boundary, *, bilateral: bool) -> Body:
 
 
 @functools.singledispatch
-def _first_sizes(boundary: Any, body: Body, touching: list[str]) -> dict[str, Any]:
+def _first_sizes(boundary: Boundary, body: Body, touching: list[str]) -> dict[str, Any]:
     """Return the options for the size of the first panels."""
     if not boundary.known:
         return {}

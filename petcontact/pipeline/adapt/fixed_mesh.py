@@ -140,7 +140,7 @@ def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
 
 
 @functools.singledispatch
-def coarser_mesh(mesh: Any, body: Body, boundary: Boundary) -> BoundaryMesh:
+def coarser_mesh(mesh: BoundaryMesh, body: Body, boundary: Boundary) -> BoundaryMesh:
     """Return a mesh with half as many elements along each direction.
 
     Where a surface has no panels of that size it is the same mesh with the order below.

@@ -25,6 +25,7 @@ from ...errors import InputError
 from ...fields.interior import InteriorField
 from ...geometry.condensed_surface import CondensedSurface
 from ...geometry.rotation import lifted
+from ...geometry.surface import Boundary
 from ...given.body_data import Body
 from ...given.conditions import Condition, Displacement, Symmetry, Term
 from ...given.sites import Sites
@@ -211,7 +212,7 @@ def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
 
 
 @functools.singledispatch
-def body_motions(boundary: Any, data: BoundaryData, mesh: BoundaryMesh) -> Array:
+def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> Array:
     """Return the rigid motions (n, d, r) of a body that no condition holds [-].
 
     An infinite plate has none. A superelement has only those that its file leaves free, and none if

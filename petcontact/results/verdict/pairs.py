@@ -12,6 +12,7 @@ import numpy as np
 
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
+from ...given.interface_data import Law, PosedInterface
 from ...model.description import value_text
 from ...model.problem import ONE_BODY
 from ...round_off import WRITTEN
@@ -40,15 +41,15 @@ def pair_lines(tell: Teller) -> list[str]:
     told = shown if tell.verbose else ends[-1:]
     sides = [each for each in tell.solution.posed.interfaces if each.name in there]
     for _, group in itertools.groupby(sides, lambda each: each.group):
-        posed, *others = group
+        side, *others = group
         if others:
-            lines += _several(tell, [posed, *others], told)
+            lines += _several(tell, [side, *others], told)
             continue
-        lines += wrapped(f"  {printable(posed.name)}: ", [*_sides(tell, posed), *law_words(posed)])
-        several = len(ends) > 1 and posed.law.normal != "bonded"
-        lines += _table(tell, posed, shown) if several else []
+        lines += wrapped(f"  {printable(side.name)}: ", [*_sides(tell, side), *law_words(side)])
+        several = len(ends) > 1 and side.law.normal != "bonded"
+        lines += _table(tell, side, shown) if several else []
         for step in told:
-            lines += _items(tell, step, posed, in_table=several and not tell.verbose)
+            lines += _items(tell, step, side, in_table=several and not tell.verbose)
     left = len(ends) - len(shown)
     return [*lines, *[f"  ... {left} more steps: petcontact show FILE --json"] * bool(left)]
 
@@ -71,33 +72,33 @@ def _several(tell: Teller, sides: Sequence[Any], steps: Sequence[StepResult]) ->
     return lines
 
 
-def _items(tell: Teller, step: StepResult, posed: Any, *, in_table: bool) -> list[str]:
+def _items(tell: Teller, step: StepResult, side: PosedInterface, *, in_table: bool) -> list[str]:
     """Lines of items; only what is wrong with a pair that is told in a table."""
-    items = [] if in_table else [*_pair(tell, step, posed)]
-    items += _defects(step.pairs[posed.name], tell, posed.law)
+    items = [] if in_table else [*_pair(tell, step, side)]
+    items += _defects(step.pairs[side.name], tell, side.law)
     if items and len(tell.ends) > 1 and tell.verbose:
         items[0] = f"{label(step)}: {items[0]}"
     return wrapped("    ", items) if items else []
 
 
-def _sides(tell: Teller, posed: Any) -> Iterator[str]:
+def _sides(tell: Teller, side: PosedInterface) -> Iterator[str]:
     """What acts on what, where names of bodies say it."""
     problem = tell.solution.problem
     bodies = [printable(each.name) for each in problem.body]
     names = ["" if name == ONE_BODY else f"{name}." for name in bodies]
-    if posed.primary is not None or posed.obstacle is not None:
-        other = (
-            f"{names[posed.primary[0]]}{printable(posed.primary[1])}"
-            if posed.primary is not None
-            else printable(problem.obstacle[posed.obstacle].name)
-        )
-        yield f"{other} on {names[posed.body]}{printable(posed.part)}"
+    other = ""
+    if side.primary is not None:
+        other = f"{names[side.primary[0]]}{printable(side.primary[1])}"
+    elif side.obstacle is not None:
+        other = printable(problem.obstacle[side.obstacle].name)
+    if other:
+        yield f"{other} on {names[side.body]}{printable(side.part)}"
 
 
-def law_words(posed: Any) -> list[str]:
+def law_words(side: PosedInterface) -> list[str]:
     """The items of a pair's law in words."""
-    law = posed.law
-    if posed.periodic:
+    law = side.law
+    if side.periodic:
         return ["periodic"]
     if law.normal == "bonded":
         return ["bonded"]
@@ -116,27 +117,27 @@ def law_words(posed: Any) -> list[str]:
     return [f"{law.normal} contact", *friction, *map(printable, named)]
 
 
-def _rubs(law: Any) -> bool:
+def _rubs(law: Law) -> bool:
     """Whether there is friction; a coefficient or a bound of 0 is none."""
     given = (law.friction_coefficient, law.friction_bound)
     return any(each is not None and each.source != 0.0 for each in given)
 
 
-def _force_words(tell: Teller, posed: Any) -> dict[str, str]:
+def _force_words(tell: Teller, side: PosedInterface) -> dict[str, str]:
     """Names of the force on the secondary, and of its moment where that says something."""
-    body = printable(tell.solution.problem.body[posed.body].name)
+    body = printable(tell.solution.problem.body[side.body].name)
     on = "the body" if body == ONE_BODY else body
     if tell.axial:
         return {name: f"{word} on {on}" for name, word in AXIAL.items()}
     return {"force": f"force on {on}"} | ({"moment": "moment"} if tell.verbose else {})
 
 
-def _table(tell: Teller, posed: Any, steps: Sequence[StepResult]) -> list[str]:
+def _table(tell: Teller, side: PosedInterface, steps: Sequence[StepResult]) -> list[str]:
     """A line for each step: force, largest p, what is closed and slips, friction used, energy."""
-    cycles, rubs = any(step.cycle for step in steps), _rubs(posed.law)
-    areas = [_shares(tell, step, posed) for step in steps]
+    cycles, rubs = any(step.cycle for step in steps), _rubs(side.law)
+    areas = [_shares(tell, step, side) for step in steps]
     after = [f" ({step.cycle})" * cycles for step in steps]
-    column = functools.partial(_over_steps, tell, posed, steps)
+    column = functools.partial(_over_steps, tell, side, steps)
     columns = {
         "step": [
             f"{step.step} {printable(step.name)[:12]}{cycle}"
@@ -155,10 +156,10 @@ def _table(tell: Teller, posed: Any, steps: Sequence[StepResult]) -> list[str]:
 
 
 def _over_steps(
-    tell: Teller, posed: Any, steps: Sequence[StepResult], name: str
+    tell: Teller, side: PosedInterface, steps: Sequence[StepResult], name: str
 ) -> dict[str, list[str]]:
     """A number after steps, by its heading; nothing where all are 0."""
-    return _column(tell, [tell.get(step, posed.name, name) for step in steps], name)
+    return _column(tell, [tell.get(step, side.name, name) for step in steps], name)
 
 
 def _column(tell: Teller, numbers: Sequence[Number | None], name: str) -> dict[str, list[str]]:
@@ -173,54 +174,54 @@ def _column(tell: Teller, numbers: Sequence[Number | None], name: str) -> dict[s
     return {f"{heading} [{unit}]" if unit else heading: cells} if told else {}
 
 
-def _shares(tell: Teller, step: StepResult, posed: Any) -> tuple[str, str, str]:
+def _shares(tell: Teller, step: StepResult, side: PosedInterface) -> tuple[str, str, str]:
     """What is closed, what of it slips, and how much of its friction is used."""
-    area, slips = (tell.get(step, posed.name, key) for key in ("contact area", "slipping"))
+    area, slips = (tell.get(step, side.name, key) for key in ("contact area", "slipping"))
     if area is None or slips is None or not area.size:
         return "0", "", ""
-    used = step.pairs[posed.name].friction_used
+    used = step.pairs[side.name].friction_used
     # of less friction three digits would show noise
     friction = f"{used:.3g}" if used > 0.005 else ""
-    whole = float(step.pairs[posed.name].weight.sum())
+    whole = float(step.pairs[side.name].weight.sum())
     return tell.share(area, whole), tell.share(slips, area.size), friction
 
 
-def _pair(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
+def _pair(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[str]:
     """What a pair does at the end of a step, item by item."""
-    pair, name = step.pairs[posed.name], posed.name
-    yield from tell.items(step, name, _force_words(tell, posed))
+    pair, name = step.pairs[side.name], side.name
+    yield from tell.items(step, name, _force_words(tell, side))
     if tell.verbose and pair.force_primary is not None:
         primary = {"force on the primary": "on the primary", "moment on the primary": "moment"}
         yield from tell.items(step, name, primary)
         yield f"imbalance {pair.imbalance:.1e}"
     if tell.is_told(step, name, pressure := {"largest p": "largest p"}):
         yield from tell.items(step, name, pressure)
-    if posed.law.normal == "bonded" or posed.periodic:
+    if side.law.normal == "bonded" or side.periodic:
         yield from tell.items(step, name, {"largest q": "largest q"} if tell.verbose else {})
     elif tell.solution.kind == "bilateral":
-        yield from _slides(tell, step, posed)
+        yield from _slides(tell, step, side)
     else:
-        yield from _touches(tell, step, posed)
+        yield from _touches(tell, step, side)
 
 
-def _slides(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
+def _slides(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[str]:
     """Shear, zones and slip of bilateral contact."""
-    if not (_rubs(posed.law) or tell.verbose):
+    if not (_rubs(side.law) or tell.verbose):
         return
-    yield from tell.items(step, posed.name, {"largest q": "largest q"})
+    yield from tell.items(step, side.name, {"largest q": "largest q"})
     if tell.power > 1:
-        yield f"slips on {_shares(tell, step, posed)[1]} of it"
+        yield f"slips on {_shares(tell, step, side)[1]} of it"
     else:
-        yield from zones_of(tell.solution, posed.part)
-    yield from tell.items(step, posed.name, {"largest slip": "largest |u_t|", ENERGY: ENERGY})
+        yield from zones_of(tell.solution, side.part)
+    yield from tell.items(step, side.name, {"largest slip": "largest |u_t|", ENERGY: ENERGY})
 
 
-def _touches(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
+def _touches(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[str]:
     """What is closed and slips, gaps, and wear."""
-    name, law = posed.name, posed.law
+    name, law = side.name, side.law
     moved = {"largest slip": "largest slip", ENERGY: ENERGY}
     yield from tell.items(step, name, {"largest q": "largest q"} if tell.verbose else {})
-    yield from _area(tell, step, posed)
+    yield from _area(tell, step, side)
     yield from _gaps(tell, step, name, law)
     if tell.verbose or (_rubs(law) and tell.is_told(step, name, moved)):
         yield from tell.items(step, name, moved)
@@ -228,22 +229,22 @@ def _touches(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
     yield from tell.items(step, name, worn)
 
 
-def _area(tell: Teller, step: StepResult, posed: Any) -> Iterator[str]:
+def _area(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[str]:
     """What is closed, and where there is friction the share of it that slips."""
-    area = tell.get(step, posed.name, "contact area")
+    area = tell.get(step, side.name, "contact area")
     if area is None:
         return
     what = "contact width" if tell.power == 1 else "contact area"
-    whole = float(step.pairs[posed.name].weight.sum())
+    whole = float(step.pairs[side.name].weight.sum())
     full = area.size >= whole * (1.0 - WRITTEN)
     yield f"{what} {tell.number(area)}" + (", all of it" if full else f" of {whole:.5g}")
-    _, slips, used = _shares(tell, step, posed)
-    if _rubs(posed.law) and slips:
+    _, slips, used = _shares(tell, step, side)
+    if _rubs(side.law) and slips:
         yield f"what of it slips is {slips}" if slips == "not known" else f"{slips} of it slips"
         yield from [f"|Q|/(mu N) {used}"] * bool(used)
 
 
-def _gaps(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[str]:
+def _gaps(tell: Teller, step: StepResult, name: str, law: Law) -> Iterator[str]:
     """The overlap before any load; in full the first gap, too, and the largest that is left."""
     solution, pair = tell.solution, step.pairs[name]
     mesh, faced = solution.meshes[solution.sides[name][0]], np.isfinite(pair.gap)
@@ -256,7 +257,7 @@ def _gaps(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[str]:
             yield f"{words} {value:.3g} {tell.unit('length')}".rstrip()
 
 
-def _defects(pair: PairResult, tell: Teller, law: Any) -> Iterator[str]:
+def _defects(pair: PairResult, tell: Teller, law: Law) -> Iterator[str]:
     """What a mesh leaves of the conditions of contact, and what an iteration leaves, which the
     residuals tell, too."""
     closed, p = pair.state != OPEN, pair.pressure
