@@ -91,3 +91,22 @@ def test_a_shape_that_contact_leaves_out_is_named(low, rise, word):
     given = {"obstacle": [{"name": "floor"}]} if word == "fits" else {}
     posed = problem(body=bodies[: 2 - len(given)], contact=[pair], **given)
     assert [word in text for text in solve(posed).warnings if "pair" in text] == [True] * bool(word)
+
+
+@pytest.mark.parametrize(("pressure", "told"), [(0.3, True), (0.03, False)])
+def test_a_plate_that_bends_by_more_than_half_its_thickness_is_warned_of(pressure, told):
+    """A round plate of thickness 20 and radius 200 on its rim: 1.8 and 0.18 thicknesses."""
+    solution = solve(
+        problem(
+            symmetry="axial",
+            material=elastic(1000.0, 0.4),
+            geometry=rectangle([0.0, 0.0], [200.0, 20.0]),
+            mesh={"element_size": 5.0, "order": 2},
+            boundary=[
+                {"part": "bottom", "condition": "traction", "pressure": pressure},
+                drawn("top", [0.0, 0.0]),
+                moved("right", ["free", 0.0]),
+            ],
+        )
+    )
+    assert any("of its thickness" in warning for warning in solution.warnings) == told

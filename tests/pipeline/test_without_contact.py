@@ -84,3 +84,12 @@ def test_an_accuracy_of_u_is_reached():
     )
     assert rough.converged and fine.converged and fine.accuracy.error <= 1e-6
     assert fine.mesh.n_nodes >= rough.mesh.n_nodes
+
+
+def test_tractions_balance_up_to_the_digits_of_numbers_in_files():
+    """A strip drawn at both ends, nearly equally."""
+    sides = [drawn("left", [-0.123456789, 0.0]), drawn("right", [0.123456789012, 0.0])]
+    sides += [drawn(part, [0.0, 0.0]) for part in ("bottom", "top")]
+    strip = {"geometry": rectangle([0.0, 0.0], [2.0, 1.0]), "material": elastic(1.0, 0.3)}
+    solution = solve(problem(**strip, mesh={"element_size": 0.25}, boundary=sides))
+    assert solution.converged, solution.reason

@@ -13,7 +13,7 @@ from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData
 from ...bem.operators import BoundaryOperators
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...round_off import HALF, ROUNDED
+from ...round_off import HALF, ROUNDED, WRITTEN
 from ..contact_compliance import ContactCompliance, MakeSurrogate
 
 PROBED = 24
@@ -170,7 +170,8 @@ class ElasticBody(abc.ABC):
 def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
     """Return the work (K, r) of all loads on motions (n, d, r).
 
-    It is 0 if it is no larger than round-off, or for volume loads than the error of quadrature.
+    It is 0 if it is no larger than round-off, of tractions that of numbers in files, or for volume
+    loads than the error of quadrature.
     That error is estimated by the work of the normals, which is 0 on a closed boundary.
     """
     mesh, data = operators.mesh, operators.data
@@ -179,7 +180,7 @@ def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
     weight = mesh.weight[:, None]
     at_points = _modes_at(mesh, modes, data.point) if data.point.size else modes[:0]
     loads = [
-        (data.known_traction * weight, modes, ROUNDED),
+        (data.known_traction * weight, modes, WRITTEN),
         (data.force * mesh.depth, at_points, ROUNDED),
     ]
     if data.volume is not None:

@@ -38,7 +38,7 @@ def _strains(solution: Solution) -> list[Finding]:
             continue
         _, state = solution.boundary_state(body.name)
         modulus, mesh = body.material.young_modulus, solution.meshes[body.name]
-        strain = _usual(state.von_mises[: mesh.n_nodes], mesh.weight) / modulus
+        strain = usual(state.von_mises[: mesh.n_nodes], mesh.weight) / modulus
         contacts = [p for n, p in solution.pairs.items() if solution.sides[n][0] == body.name]
         strain = max(
             [strain, *(_pressed(p.pressure, p.state, p.weight) / modulus for p in contacts)]
@@ -55,7 +55,7 @@ def _strains(solution: Solution) -> list[Finding]:
     return findings
 
 
-def _usual(values: Array, weight: Array) -> float:
+def usual(values: Array, weight: Array) -> float:
     """Return the value that only the share `SHARE` of the boundary exceeds.
 
     The rest may be singular corners, whose strain has no bound.

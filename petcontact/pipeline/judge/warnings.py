@@ -17,7 +17,11 @@ from ...round_off import WRITTEN
 from ..pose.discretise import Discrete
 from .findings import limit_of, new_finding
 from .increments import overlap_of
+from .suspicious import usual
 
+THIN = 5.0
+"""Length over thickness from which plates bend more than they shear: of the deflection of a beam a
+tenth is shear there [-]."""
 ROLLED = "{} turns by {:.2g} widths of its contact"
 
 
@@ -53,12 +57,12 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
 
 def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
     """Find bodies, obstacles and interfaces whose motions are not small."""
-    turned, moved, rolled = dict[str, float](), dict[str, float](), dict[str, float]()
+    turned, moved, bent, rolled = (dict[str, float]() for _ in range(4))
     for result in results:
         for mesh, body in zip(discrete.meshes, discrete.posed.bodies, strict=True):
-            rotation, travel = _rigid_part(mesh, result.bodies[body.name].u)
-            _raise(turned, f"body {body.name!r}", rotation)
-            _raise(moved, f"body {body.name!r}", travel)
+            found = _rigid_part(mesh, result.bodies[body.name].u)
+            for largest, value in zip((turned, moved, bent), found, strict=True):
+                _raise(largest, f"body {body.name!r}", value)
         for name, arc in rolls(discrete, result.pairs, result.bodies).items():
             _raise(rolled, name, arc)
         for name, obstacle in result.obstacles.items():
@@ -67,6 +71,7 @@ def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]
         *_large("turn", "{} turns by {:.2g} rad", turned),
         *_large("roll", ROLLED, rolled),
         *_large("travel", "{} moves by {:.2g} times its size", moved),
+        *_large("bend", "{} bends by about {:.1g} of its thickness", bent),
         *_large("slip", "{} slips by {:.2g} elements", _slips(discrete, results)),
     ]
 
@@ -142,16 +147,25 @@ def _turned(mesh: BoundaryMesh, u: Array, points: Array) -> float:
     return float(np.linalg.norm(moved, axis=1).max())
 
 
-def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float]:
-    """Return the rotation [rad] and the travel [-] in a displacement u (n, d).
+def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float, float]:
+    """Return the rotation [rad] and the travel [-] in a displacement u (n, d), and the deflection
+    beyond them [-].
 
     The rotation is the largest component of the rigid motion nearest to u in least squares. The
-    travel is the largest displacement over the size of the body.
+    travel is the largest displacement over the size of the body. The deflection is that across the
+    surface, from end to end, over twice the volume over the surface, which of a plate is its
+    thickness; 0 of bodies that are not thin.
     """
     motions, size = unit_motions(mesh).reshape(u.size, -1), half_extent(mesh)
     amplitudes = np.linalg.lstsq(motions.T @ motions, motions.T @ u.ravel(), rcond=None)[0]
     rotation = amplitudes[len(mesh.motions.along) :] / size
-    return float(np.abs(rotation).max(initial=0.0)), float(np.abs(u).max()) / (2.0 * size)
+    left = (u.ravel() - motions @ amplitudes).reshape(u.shape)[:, : mesh.dim]
+    across = usual(np.abs(np.sum(left * mesh.normal, axis=1)), mesh.weight)
+    thickness = 2.0 * mesh.weight @ (mesh.x[:, -1] * mesh.normal[:, -1]) / mesh.weight.sum()
+    thin = 0.0 < THIN * thickness < 2.0 * size
+    deflection = 2.0 * across / thickness if thin else 0.0
+    travel = float(np.abs(u).max()) / (2.0 * size)
+    return float(np.abs(rotation).max(initial=0.0)), travel, float(deflection)
 
 
 def _uneven(results: Sequence[StepResult]) -> list[Finding]:
