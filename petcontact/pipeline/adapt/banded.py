@@ -13,7 +13,6 @@ from ...contact.state import Start
 from ...fields.boundary.places import located, sizes
 from ...geometry.arcs import cross
 from ...geometry.charts import Chart, chart_of
-from ...geometry.rotation import SPACE
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -26,6 +25,7 @@ from ...refinement.panels.zone import ELONGATED, ContactBand
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from ..steps.increment import PreparedProblem
+from .known_forces import known_force
 from .surface_errors import TailErrors
 
 WIDER = 1.04
@@ -41,8 +41,6 @@ ERRORS = (0.052, 0.033, 0.023)
 NEAR = 0.01
 """Distance of a node from a panel of another mesh of its face over the size of the panel, up to
 which it lies on it [-]."""
-SLIGHT = 0.1
-"""Component of a face's normal up to which a given displacement along it does not count [-]."""
 Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
 
 
@@ -90,11 +88,11 @@ class Bands:
     def first(
         self, meshes: Sequence[SurfaceMesh], wanted: float, completed: Completed
     ) -> list[SurfaceMesh]:
-        """Return first meshes with bands where forces on obstacles are known, else none.
+        """Return first meshes with bands where forces of contacts are known, else none.
 
         They have so many lines that one more line reaches the wanted error."""
         self._start = sum(LEFT * error > wanted for error in ERRORS[:-1])
-        forces = {side.name: self._known_force(side) for side in self._sides}
+        forces = {side.name: known_force(self._posed, side, meshes) for side in self._sides}
         return self._laid(
             meshes, {name: force for name, force in forces.items() if force}, completed
         )
@@ -260,21 +258,6 @@ class Bands:
     ) -> tuple[Chart | None, Chart | None]:
         own, *others = [chart_of(self._boundaries[b], part, middle) for b, part in side.ends]
         return own, (others[0] if others else None)
-
-    def _known_force(self, side: PosedInterface) -> float | None:
-        """Return the largest force that an obstacle is given, against the secondary, or None."""
-        chart = chart_of(self._boundaries[side.body], side.part)
-        if side.obstacle is None or chart is None:
-            return None
-        normal = chart.normal(0.5 * (chart.low + chart.high)[None])[0]
-        forces = []
-        for obstacles in self._posed.obstacles_at[1:]:
-            obstacle = obstacles[side.obstacle]
-            moved, force = obstacle.motions(SPACE)[:3], obstacle.loads(SPACE)[:3]
-            if any(abs(n) > SLIGHT and u != "free" for n, u in zip(normal, moved, strict=True)):
-                return None
-            forces.append(-float(normal @ np.array(force, dtype=float)))
-        return max(forces)
 
 
 def band_of(ridge: Ridge, forecast: Forecast) -> ContactBand:

@@ -83,17 +83,20 @@ def beyond_budget(
     counts: tuple[int, int],
     wanted: float,
     asked: bool,
+    faces: int = 1,
 ) -> str:
     """Return a sentence if solves on the meshes exceed the budget or the memory, else "".
 
-    `counts` are the numbers of increments, and of motions that only contact holds.
+    `counts` are the numbers of increments, and of motions that only contact holds. With two `faces`
+    that the meshes follow two bodies have the budget of four.
     """
     bem = resolved_bem(suitable_bem(posed, meshes))
-    budget = budget_of(len(meshes), asked)
+    bodies = faces * len(meshes)
+    budget = budget_of(bodies, asked)
     nodes = sum(mesh.n_nodes for mesh in meshes)
     seconds = solve_seconds(bem, meshes, *counts)
     if nodes > budget.nodes or seconds > budget.seconds:
-        goes_on = f"--accuracy {wanted:g} goes on, to at most {budget_of(len(meshes), True)}"
+        goes_on = f"--accuracy {wanted:g} goes on, to at most {budget_of(bodies, True)}"
         more = "a [mesh] of your own may have more" if asked else goes_on
         kind = "" if asked else " where no accuracy is named"
         return (

@@ -48,15 +48,19 @@ class CutPanels:
         self._first = FirstMeshes(posed)
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
-    def _completed(self, meshes: list[SurfaceMesh], solution: Solution | None) -> list[SurfaceMesh]:
-        """Return meshes whose panels off the contact fit those in it, or none beyond the
-        budget."""
+    def _completed(
+        self, meshes: list[SurfaceMesh], solution: Solution | None, faces: int = 1
+    ) -> list[SurfaceMesh]:
+        """Return meshes whose panels off the contact fit those in it, or none beyond the budget.
+
+        Bands lie on both faces of a pair: two bodies have the budget of four then.
+        """
         count = 0
         while count < (count := sum(mesh.n_elements for mesh in meshes)):
             meshes = self._cut(
                 meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
             )[0]
-        self._refused = self._too_much(solution, meshes)
+        self._refused = self._too_much(solution, meshes, faces)
         return [] if self._refused else meshes
 
     def _cut(
@@ -149,8 +153,9 @@ class CutPanels:
             result[side.body] |= marked[side.body] & long & at_edges(outline, mesh, edges)
         return result
 
-    def _too_much(self, solution: Solution | None, meshes: Sequence[BoundaryMesh]) -> str:
+    def _too_much(
+        self, solution: Solution | None, meshes: Sequence[BoundaryMesh], faces: int = 1
+    ) -> str:
         increments = len(solution.steps) if solution is not None else 1
-        return beyond_budget(
-            self._posed, meshes, (increments, self._motions), self.wanted, self.asked
-        )
+        counts = increments, self._motions
+        return beyond_budget(self._posed, meshes, counts, self.wanted, self.asked, faces)

@@ -1,0 +1,76 @@
+"""Forces of contacts that are known before a solve: those of free obstacles, and loads of bodies
+that nothing but one contact holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...arrays import Array
+from ...geometry.charts import chart_of
+from ...geometry.rotation import SPACE
+from ...given.interface_data import PosedInterface
+from ...given.posed import Posed
+from ...mesh.surface_mesh import SurfaceMesh
+from ..pose.discretise import with_volume_loads
+from ..pose.load_states import boundary_data
+
+SLIGHT = 0.1
+"""Component of the direction of a contact up to which what is held along it does not count [-]."""
+
+
+def known_force(posed: Posed, side: PosedInterface, meshes: Sequence[SurfaceMesh]) -> float | None:
+    """Return the largest force that presses both sides together at the end of any step, or None.
+
+    `meshes` are any meshes of the bodies.
+    """
+    chart = chart_of(posed.boundaries[side.body], side.part)
+    if chart is None:
+        return None
+    middle = 0.5 * (chart.low + chart.high)[None]
+    way = chart.normal(middle)[0] if side.direction is None else side.direction
+    if side.obstacle is not None:
+        forces = of_obstacle(posed, side.obstacle, -way)
+    else:
+        forces = of_body(posed, side.body, meshes, side, way)
+        if forces is None and side.primary is not None:
+            forces = of_body(posed, side.primary[0], meshes, side, -way)
+    return None if forces is None else float(forces.max())
+
+
+def of_obstacle(posed: Posed, number: int, way: Array) -> Array | None:
+    """Return the force on an obstacle along a way at the end of each step, or None if it is held
+    there."""
+    forces = []
+    for obstacles in posed.obstacles_at[1:]:
+        moved = obstacles[number].motions(SPACE)[:3]
+        force = obstacles[number].loads(SPACE)[:3]
+        if any(abs(n) > SLIGHT and u != "free" for n, u in zip(way, moved, strict=True)):
+            return None
+        forces.append(float(way @ np.array(force, dtype=float)))
+    return np.array(forces)
+
+
+def of_body(
+    posed: Posed, number: int, meshes: Sequence[SurfaceMesh], side: PosedInterface, way: Array
+) -> Array | None:
+    """Return the load of a body along a way at the end of each step, or None if more than a contact
+    `side` holds it there.
+
+    Obstacles that touch it elsewhere pass their own forces on.
+    """
+    mesh, body = meshes[number], posed.bodies[number]
+    data = boundary_data(body, mesh, ())
+    (data,), _ = with_volume_loads((body,), [mesh], [data], None)
+    if np.any((np.abs(data.frame @ way) > SLIGHT) & ~data.traction_known):
+        return None
+    load = data.known_traction - (0.0 if data.volume is None else data.volume[2])
+    result = (np.einsum("n,knd->kd", mesh.weight, load) + data.force.sum(axis=1))[1:] @ way
+    for other in posed.interfaces:
+        if other is not side and number in other.bodies:
+            passed = None if other.obstacle is None else of_obstacle(posed, other.obstacle, way)
+            if passed is None:
+                return None
+            result = result + passed
+    return np.asarray(result)
