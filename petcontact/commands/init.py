@@ -1,8 +1,9 @@
 """Write a commented starter config, with the schema that editors complete and check it by.
 
 --from part.inp writes the problem of a flat input file of Abaqus or CalculiX: bodies with their
-surfaces as .msh files, contact pairs with friction, supports and pressures. What of it is not taken
-is named, and stands in the config, too.
+surfaces as .msh files, contact pairs with friction, supports and pressures. --from assembly.step
+(.iges, .brep, .msh) proposes one: its bodies, which of their parts may touch, supports and loads to
+be given. What of a file is not taken is named, and stands in the config, too.
 """
 
 from __future__ import annotations
@@ -53,9 +54,9 @@ add_arguments = options(
     ),
     option(
         "--from",
-        metavar="FILE.inp",
+        metavar="FILE",
         dest="source",
-        help="the problem of a file of Abaqus or CalculiX",
+        help="the problem of a file of Abaqus or CalculiX (.inp), or bodies of CAD or .msh",
     ),
     option("--force", action="store_true", help="replace files that exist"),
 )
@@ -90,18 +91,29 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 
 def _converted(source: str, target: Path) -> dict[str, str]:
-    """File names and contents of the problem of an input file, which is checked as far as no mesh
-    is needed."""
+    """File names and contents of the problem of a file, which is checked as far as no mesh is
+    needed."""
     import sys
 
+    from ..convert.assembly import proposed
     from ..convert.inp_problem import convert_inp
+    from ..geometry.cad.part import is_cad
+    from ..given.tables.base import regular_file
     from ..model.case import parse_problem
+    from ..model.shapes.files import LARGEST_MESH
     from ..model.toml_text import parse_toml
     from .schema import schema_text
 
-    if Path(source).suffix.lower() != ".inp":
-        raise InputError(f"--from {source}: a file of Abaqus or CalculiX ends in .inp")
-    config = convert_inp(source, target.name)
+    suffix = Path(source).suffix.lower()
+    if not (is_cad(source) or suffix in (".inp", ".msh")):
+        raise InputError(
+            f"--from {source}: must end in .inp (Abaqus, CalculiX), .step, .iges, .brep or .msh"
+        )
+    config = (
+        convert_inp(source, target.name)
+        if suffix == ".inp"
+        else proposed(str(regular_file(source, LARGEST_MESH)), target)
+    )
     parse_problem(parse_toml(config.toml, source), source, {}, target.parent)
     for note in config.notes:
         print(f"petcontact: {source}: {note}", file=sys.stderr)

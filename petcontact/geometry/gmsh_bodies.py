@@ -39,11 +39,7 @@ def body_of(mesh: Any, file: str, name: str) -> Any:
     in_space = is_surface(mesh)
     rim = FLAT if in_space else ("line",)
     what = "volume" if in_space else "surface"
-    groups = {
-        str(group): int(tag)
-        for group, (tag, dimension) in mesh.field_data.items()
-        if dimension == 2 + in_space
-    }
+    groups = bodies_of(mesh)
     if name not in groups:
         group_names = ", ".join(sorted(groups)) or "none"
         raise InputError(f"{file}: surface: no physical {what} {name!r}; there are {group_names}")
@@ -57,6 +53,12 @@ def body_of(mesh: Any, file: str, name: str) -> Any:
             for block, own in zip(mesh.cells, inside, strict=True)
         ],
     )
+
+
+def bodies_of(mesh: Any) -> dict[str, int]:
+    """Return the numbers of the physical surfaces, in space of the physical volumes, by name."""
+    dim = 2 + is_surface(mesh)
+    return {str(name): int(tag) for name, (tag, own) in mesh.field_data.items() if own == dim}
 
 
 def _kept(mesh: Any, kept: list[Mask]) -> Any:

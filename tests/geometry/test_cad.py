@@ -50,6 +50,45 @@ def measures(surface, size):
 
 
 @needs_gmsh
+def test_surfaces_of_an_iges_file_are_sewn(tmp_path):
+    """Such a file has surfaces, but no solids."""
+
+    def two(occ):
+        bored_block(occ)
+        occ.addSphere(10.0, 0.0, 0.0, 1.0)
+
+    file = written(tmp_path / "part.iges", two)
+    for solid, volume in ((1, 24 - np.pi / 2), (2, 4.0 / 3.0 * np.pi)):
+        assert measures(Gmsh(file, solid=solid).outline(), 0.5)[1] == pytest.approx(
+            volume, rel=3e-3
+        )
+
+
+@needs_gmsh
+def test_a_file_that_takes_too_long_is_refused_with_a_remedy(monkeypatch):
+    monkeypatch.setattr(cad_part, "LIMIT", 0.01)
+    with pytest.raises(InputError, match=r"not read in 0.01 s; give a larger mesh.element_size"):
+        cad_part.ask(str(FOOT))
+
+
+@needs_gmsh
+def test_a_size_that_works_is_named_where_one_does_not(tmp_path, monkeypatch):
+    surface = Gmsh(written(tmp_path / "block.step", bored_block)).outline()
+    meshed = cad_part._facets
+
+    def only_fine(surface, size):
+        if size > 0.6:
+            raise InputError(f"{surface.file}: {surface.solid}: no")
+        return meshed(surface, size)
+
+    monkeypatch.setattr(cad_part, "_facets", only_fine)
+    with pytest.raises(InputError, match=r"solid .*: no; mesh.element_size = 0.5 works"):
+        surface.facets(1.0)
+    with pytest.raises(InputError, match="mend the solid in the CAD program"):
+        surface.facets(8.0)
+
+
+@needs_gmsh
 @pytest.mark.parametrize("suffix", ["step", "brep"])
 def test_surfaces_are_listed_and_meshed_by_curved_cells(tmp_path, suffix):
     file = written(tmp_path / f"block.{suffix}", bored_block)
@@ -185,7 +224,9 @@ def test_a_worker_that_fails_is_one_line(tmp_path, monkeypatch, program, line):
 def test_a_mesh_that_is_cut_off_replaces_nothing(tmp_path, monkeypatch, text):
     """Gmsh says nothing of a disk that is full."""
     face = cad_part.CadFace(1, "a", "Plane", 1.0, (0.0, 0.0, 0.0))
-    surface = cad_part.CadSurface("part.step", 0, (face,), ("a",), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    surface = cad_part.CadSurface(
+        "part.step", "solid 1", 0, (face,), ("a",), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+    )
     monkeypatch.setattr(cad_part, "ask", lambda *_, target, **__: Path(target).write_text(text))
     with pytest.raises(
         OutputError, match=r"part.step: its mesh cannot be written whole to .*; is there room\?"

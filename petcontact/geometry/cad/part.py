@@ -3,11 +3,14 @@ that mesh them."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib.util
 import json
 import os
+import re
 import sys
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +30,10 @@ LARGEST = 500_000_000
 """Bytes of a CAD file."""
 MOST_CELLS = 5e6
 """Cells of a mesh."""
+TRIED = (0.5, 0.25, 2.0)
+"""Sizes that are tried where one does not work, over that one."""
+LIMIT = 50.0
+"""Time for Gmsh to read or to mesh a file; 60 s for both were asked for [s]."""
 END = b"$EndElements\n"
 """Of a mesh file."""
 LIBRARIES = "apt install libglu1-mesa libxft2 libxcursor1 libxinerama1"
@@ -61,8 +68,8 @@ class CadSurface(SolidSurface):
 
     Attributes
     ----------
-    file : str
-        As it was given, for messages.
+    file, solid : str
+        As they are called in messages.
     stamp : int
         When the file was changed last.
     faces : tuple of CadFace
@@ -73,6 +80,7 @@ class CadSurface(SolidSurface):
     """
 
     file: str
+    solid: str
     stamp: int
     faces: tuple[CadFace, ...]
     part_of: tuple[str, ...]
@@ -115,9 +123,26 @@ class CadSurface(SolidSurface):
         Raises
         ------
         InputError
-            If Gmsh cannot mesh it, or the mesh is none of a body (see `checked_surface`).
+            If Gmsh cannot mesh it, or the mesh is none of a body (see `checked_surface`). A size
+            that works is named, if one of those that are tried does.
         """
-        return _facets(self, size or self.usual_size)
+        size, began = size or self.usual_size, time.monotonic()
+        try:
+            return _facets(self, size)
+        except InputError as error:
+            others = (size * factor for factor in TRIED if time.monotonic() - began < 0.2 * LIMIT)
+            works = [f"{other:.3g}" for other in others if self._is_meshed(other)][:1]
+            remedy = (
+                f"mesh.element_size = {works[0]} works"
+                if works
+                else "mend the solid in the CAD program, or leave out its small faces"
+            )
+            raise InputError(f"{error}; {remedy}") from None
+
+    def _is_meshed(self, size: float) -> bool:
+        with contextlib.suppress(InputError):
+            return _facets(self, size) is not None
+        return False
 
     def onto(self, part: Index, points: Array) -> Array:
         """Onto the surface of the part that a whole panel is nearest to, and onto its edges
@@ -175,7 +200,7 @@ def _facets(surface: CadSurface, size: float) -> FacetSurface:
     with tempfile.TemporaryDirectory(prefix="petcontact-") as folder:
         target = Path(folder) / "part.msh"
         surface.write_msh(target, size)
-        return gmsh_surface(read_msh(str(target)), surface.file)
+        return gmsh_surface(read_msh(str(target)), f"{surface.file}: {surface.solid}")
 
 
 def cad_surface(
@@ -209,12 +234,29 @@ def cad_surface(
                 f"{file}: geometry.parts: no surface {number}; there are {_numbers(face_numbers)} "
                 f"(petcontact mesh {path.name} lists them)"
             )
+    name = f"solid {body['number']} {body['name']!r}"
     part_of = tuple(own.get(face.number, face.part) for face in faces)
-    return CadSurface(file, stamp, faces, part_of, tuple(body["low"]), tuple(body["high"]))
+    return CadSurface(file, name, stamp, faces, part_of, tuple(body["low"]), tuple(body["high"]))
 
 
 def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[str, Any]:
     """The solid of the file that the config names."""
+    solids = _some(found, file)
+    names = ", ".join(f"{solid['number']} {solid['name']!r}" for solid in solids)
+    chosen = [solid for solid in solids if wanted in (None, solid["number"], solid["name"])]
+    if not chosen:
+        raise InputError(f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
+    if len(chosen) > 1:
+        raise InputError(
+            f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid "
+            "(--solid of petcontact mesh) names or numbers it, a [[body]] each; petcontact init "
+            f"NAME --from {Path(file).name} proposes them"
+        )
+    return chosen[0]
+
+
+def _some(found: dict[str, Any], file: str) -> list[dict[str, Any]]:
+    """The solids of the file, if there are some."""
     solids: list[dict[str, Any]] = found["solids"]
     if not solids:
         what = (
@@ -223,19 +265,28 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
             else "no solid"
         )
         raise InputError(
-            f"{file}: holds {what}; a body is one solid with a closed surface: sew it in the CAD "
-            "program"
+            f"{file}: holds {what}, which do not close; a body is one solid with a closed surface: "
+            "sew it in the CAD program, and save it as STEP"
         )
-    names = ", ".join(f"{solid['number']} {solid['name']!r}" for solid in solids)
-    chosen = [solid for solid in solids if wanted in (None, solid["number"], solid["name"])]
-    if not chosen:
-        raise InputError(f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
-    if len(chosen) > 1:
-        raise InputError(
-            f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid "
-            "(--solid of petcontact mesh) names or numbers it, a [[body]] each"
-        )
-    return chosen[0]
+    return solids
+
+
+def solids_of(file: str) -> dict[int, str]:
+    """Numbers of the solids of a CAD file, with a name for each that no other has.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or holds no solid.
+    """
+    solids = _some(_listed(file, Path(file).stat().st_mtime_ns), file)
+    names = [solid["name"] for solid in solids]
+    return {
+        solid["number"]: solid["name"]
+        if names.count(solid["name"]) == 1 and re.fullmatch(r"[^./]{1,30}", solid["name"])
+        else f"body{solid['number']}"
+        for solid in solids
+    }
 
 
 @functools.lru_cache(maxsize=16)
@@ -268,14 +319,21 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
 
     if importlib.util.find_spec("gmsh") is None:
         raise MissingPackage(f"{file}: a CAD file", "gmsh", "cad")
-    words = [sys.executable, worker.__file__]
-    done = subprocess.run(
-        words,
-        input=json.dumps({"file": file, **request}),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words, doing = [sys.executable, worker.__file__], "meshed" if "target" in request else "read"
+    try:
+        done = subprocess.run(
+            words,
+            input=json.dumps({"file": file, **request}),
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=LIMIT,
+        )
+    except subprocess.TimeoutExpired:
+        raise InputError(
+            f"{file}: not {doing} in {LIMIT:g} s; give a larger mesh.element_size, or leave out "
+            "small details in the CAD program"
+        ) from None
     try:
         answer: dict[str, Any] = json.loads(done.stdout)
     except ValueError:
@@ -288,7 +346,6 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
             f"{file}: Gmsh's Python package does not load ({answer['missing']}); {LIBRARIES}"
         )
     if "error" in answer:
-        doing = "meshed" if "target" in request else "read"
         raise InputError(f"{file}: cannot be {doing} ({answer['error'].splitlines()[0]})")
     return answer
 

@@ -9,6 +9,7 @@ is damaged, and has one state for all. It imports nothing of petcontact.
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
 import os
@@ -19,6 +20,8 @@ from typing import Any
 
 FORMATS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges", ".brep": "brep"}
 """Of OpenCASCADE's reader, by the suffix of a file."""
+SEWN = 1e-5
+"""Distance of edges that are sewn, over the size of all: IGES files have six digits or more."""
 
 
 def listed(gmsh: Any, file: str) -> dict[str, Any]:
@@ -179,6 +182,28 @@ def _open(gmsh: Any, file: str) -> None:
         file, highestDimOnly=False, format=FORMATS[Path(file).suffix.lower()]
     )
     gmsh.model.occ.synchronize()
+    if not gmsh.model.getEntities(3):
+        _sew(gmsh.model)
+
+
+def _sew(model: Any) -> None:
+    """Make solids of surfaces that close, as IGES files have them."""
+    low, high = [model.getBoundingBox(-1, -1)[k : k + 3] for k in (0, 3)]
+    size = max(b - a for a, b in zip(low, high, strict=True))
+    model.occ.healShapes([], SEWN * size, False, False, False, True, False)
+    model.occ.synchronize()
+    shells: list[tuple[list[int], list[int]]] = []
+    for _, face in model.getEntities(2):
+        own, edges = [face], list(map(abs, model.getAdjacencies(2, face)[1].tolist()))
+        for shell in [shell for shell in shells if set(shell[1]) & set(edges)]:
+            shells.remove(shell)
+            own, edges = own + shell[0], edges + shell[1]
+        shells.append((own, edges))
+    for faces, _ in shells:
+        if not model.getBoundary([(2, face) for face in faces], oriented=False):
+            with contextlib.suppress(Exception):  # Gmsh's are of no class of their own
+                model.occ.addVolume([model.occ.addSurfaceLoop(faces, sewing=True)])
+    model.occ.synchronize()
 
 
 def main() -> None:
