@@ -254,9 +254,8 @@ def announcer(
         began = time.perf_counter()
         if seconds > SOON and not quiet:
             size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
-            what = "for this mesh" if adaptive else "of processor time"
-            after = "up to twice with errors and stresses"
-            line = f"petcontact: {size}: about {seconds:.0f} s {what}, {after}"
+            after = ", if no finer mesh is needed" if adaptive else ""
+            line = f"petcontact: {size}: about {seconds:.0f} s of processor time{after}"
             print(line, file=sys.stderr, flush=True)
         return progress
 

@@ -17,6 +17,8 @@ their square."""
 TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 """Strings and comments of TOML."""
 MEANT = (
+    (r"\): [{\[]\s*(?:\"\"\s*:|$)", "this is JSON; TOML has key = value, and [tables]"),
+    (r"\): (?:-\s)?[\w-]+:(?:\s|$)", "this is YAML; TOML has key = value, and [tables]"),
     (r"[“”„’‘]", 'a text stands in straight quotes, "..."'),
     (r"=\s*([-+]?\d+),(\d+)", "a decimal point, not a comma: {}.{}"),
     (r"=\s*([-+]?)\.(\d+)", "a digit stands before a decimal point: {}0.{}"),

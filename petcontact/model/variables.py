@@ -12,8 +12,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..given.expressions import FUNCTIONS, parse_expression, plain_value
-from ..given.tables.mistakes import WORD
+from ..given.tables.mistakes import WORD, shown
 from ..given.tables.model_tree import models_below
+from ..runtime.hints import number_refused
 
 TAKEN = frozenset(("x", "y", "z", "nx", "ny", "nz", "s", "pi", "e", *FUNCTIONS))
 """Names that expressions know already."""
@@ -47,7 +48,11 @@ def with_values(data: dict[str, Any], models: tuple[Any, ...], source: str) -> d
         value = _replaced(value, values) if isinstance(value, str) else value
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not number or not math.isfinite(value):
-            raise InputError(f"{key}: must be a number or an expression of those before it")
+            refused = number_refused(value) if isinstance(value, str) else ""
+            raise InputError(
+                f"{key}: must be a number or an expression of those before it, got {shown(value)}"
+                f"{refused and f'; {refused}'}"
+            )
         values[name] = value
     keys = _numeric(models)
     rest = {key: value for key, value in data.items() if key != "variables"}

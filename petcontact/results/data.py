@@ -15,6 +15,7 @@ from ..contact.law_protocol import OPEN, SLIP
 from ..errors import InputError, MissingPackage
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..refinement.zones import Zone, zones_of
+from ..runtime.hints import Listed
 from .evaluated import Evaluated
 from .numbers.errors import with_errors
 from .numbers.number import Number
@@ -29,13 +30,14 @@ class SolutionData(Evaluated):
     written: tuple[Number, ...] | None = field(default=None, repr=False, compare=False)
 
     @functools.cached_property
-    def numbers(self) -> list[Number]:
-        """The numbers that the verdict prints, with their errors."""
+    def numbers(self) -> Listed[Number]:
+        """The numbers that the verdict prints, with their errors; those of a name are
+        numbers["largest p"]."""
         if self.written is not None:
-            return list(self.written)
+            return Listed(self.written)
         # numbers of an altered file, or of a solve that failed, may overflow
         with np.errstate(all="ignore"):
-            return with_errors(self)
+            return Listed(with_errors(self))
 
     @property
     def converged(self) -> bool:

@@ -19,7 +19,7 @@ from ..given.posed import Posed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Problem
 from ..refinement.known_data import gap_edges
-from ..runtime.hints import demand_name
+from ..runtime.hints import Hinted, demand_name
 from .body_fields import BodyFields, states_at
 from .records import StepResult, WearHistory, step_ends
 from .report import Accuracy, Finding, Provenance
@@ -33,7 +33,7 @@ whole body."""
 
 
 @dataclass(frozen=True)
-class Evaluated:
+class Evaluated(Hinted):
     """What a solve found, and what can be evaluated of it anywhere in the bodies.
 
     `results.solution.Solution` describes the attributes, since users meet them there.

@@ -15,13 +15,13 @@ from ..contact.friction_law import lengths
 from ..contact.state import History
 from ..geometry.rotation import Axial, moment
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..runtime.hints import Named
+from ..runtime.hints import Hinted, Named
 from .joined import Pairs, shares
 from .report import Finding
 
 
 @dataclass(frozen=True)
-class PairResult:
+class PairResult(Hinted):
     """Nodal fields of one interface after an increment; the secondary's nodes.
 
     Attributes
@@ -171,7 +171,7 @@ class PairResult:
 
 
 @dataclass(frozen=True)
-class BodyResult:
+class BodyResult(Hinted):
     """Displacement [length] and traction [stress] (n, d) on the boundary of one body."""
 
     u: Array

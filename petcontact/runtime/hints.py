@@ -5,14 +5,16 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Container, Iterable, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import InputError
-from .other_words import IN_MM_AND_N, SAID, SYNONYMS
+from .other_words import ATTRIBUTES, IN_MM_AND_N, SAID, SYNONYMS
 
 T = TypeVar("T")
 SPELLINGS = {"center": "centre", "centre": "center"}
 """Of keys."""
+SHOWN = 20
+"""Attributes of a thing that are listed where none is near."""
 NUMBER = r"[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 UNIT = re.compile(
     rf"({NUMBER})\s*(?!(?:[xyzs]|n[xyz]|pi|e[-+]?\d+)\b)([A-Za-zµ°%][\w/*^²³·%]*)", re.IGNORECASE
@@ -83,6 +85,59 @@ class Named(dict[str, T]):
     def __missing__(self, name: str) -> T:
         raise KeyError(f"{name!r}{among(name, [*self])}")
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            hint = f"; names are keys: [{name!r}]" if name in self else ""
+            raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{hint}")
+
+
+class Hinted:
+    """What answers an attribute that it has not with the nearest, or with where such a thing is."""
+
+    if not TYPE_CHECKING:  # which would take any attribute then
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("_"):
+                raise AttributeError(name)
+            names = [own for own in dir(self) if not own.startswith("_")]
+            raise AttributeError(f"{type(self).__name__} has no {name!r}{_attribute(name, names)}")
+
+
+def _attribute(name: str, names: Sequence[str]) -> str:
+    """What is meant by an attribute, of those that there are.
+
+    >>> _attribute("presure", ["pressure"]), _attribute("stress", ["stress_at", "verdict"])
+    (", did you mean 'pressure'?", '; stress at points: .stress_at(points), .von_mises_at(points)')
+    >>> _attribute("temperature", ["pressure"])
+    '; there are pressure'
+    """
+    said = next((text for words, text in ATTRIBUTES.items() if name in words), "")
+    if said:
+        return f"; {said}"
+    return among(name, names) if len(names) <= SHOWN else nearest(name, names)
+
+
+class Listed(list[T]):
+    """A list whose entries have names: a text finds all of one name.
+
+    >>> from types import SimpleNamespace
+    >>> forces = Listed([SimpleNamespace(name="force", of=body) for body in ("upper", "lower")])
+    >>> [force.of for force in forces["force"]]
+    ['upper', 'lower']
+    >>> forces["forse"]
+    Traceback (most recent call last):
+    KeyError: "'forse', did you mean 'force'?"
+    """
+
+    def __getitem__(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        names = list(dict.fromkeys(str(getattr(entry, "name", "")) for entry in self))
+        if found := [entry for entry in self if getattr(entry, "name", None) == key]:
+            return found
+        raise KeyError(f"{key!r}{among(key, list(filter(None, names)), 'names are')}")
+
 
 def number_refused(text: str) -> str:
     """Why a text that is a number with a unit or a comma is no number; nothing for any other text.
@@ -93,7 +148,11 @@ def number_refused(text: str) -> str:
     'a number has no unit here; with mm, N and MPa 210 GPa are 210000'
     >>> number_refused("20 °C"), number_refused("0,3")
     ('a number has no unit here: 20', 'a number has a decimal point, not a comma: 0.3')
+    >>> number_refused("scan.csv")
+    'a file of points is a table: { points = "scan.csv" }'
     """
+    if re.fullmatch(r"[^,;()=]+\.(csv|txt|dat|tsv)", text.strip()):
+        return f'a file of points is a table: {{ points = "{text.strip()}" }}'
     if comma := re.fullmatch(r"([-+]?\d+),(\d+)", text.strip()):
         return f"a number has a decimal point, not a comma: {comma[1]}.{comma[2]}"
     match = UNIT.fullmatch(text.strip())

@@ -6,6 +6,9 @@ SYNONYMS = {
     "mu": "friction_coefficient",
     "gravity": "acceleration",
     "omega": "angular_velocity",
+    "file": "points",
+    "csv": "points",
+    **dict.fromkeys(("wear_rate", "archard", "k", "wear"), "wear_coefficient"),
     "alpha": "thermal_expansion",
     "rho": "density",
     "temp": "temperature",
@@ -77,9 +80,17 @@ EXPLAINED = {
     ("penalty", "fkn", "ftoln", "contact_stiffness", "augmented", "lagrange"): (
         "contact needs no penalty and no stiffness of its own; leave it out"
     ),
-    ("yield_stress", "yield", "plasticity", "plastic", "hardening", "creep", "viscoelastic"): (
-        "materials are linear elastic; compare the largest von Mises stress with the yield stress"
-    ),
+    (
+        "yield_stress",
+        "yield_strength",
+        "yield",
+        "plasticity",
+        "plastic",
+        "hardening",
+        "creep",
+        "viscoelastic",
+    ): ("materials are linear elastic; compare the largest von Mises stress with the yield stress"),
+    ("creep", "viscoelastic", "relaxation"): "materials are linear elastic, and forget nothing",
     ("hyperelastic", "neo-hooke", "mooney-rivlin", "rubber"): (
         "materials are linear elastic; rubber at small strains has poisson_ratio = 0.499"
     ),
@@ -98,6 +109,24 @@ EXPLAINED = {
     ("lubrication", "fluid", "lubricant"): (
         "there is no fluid; a dry contact with a small friction_coefficient is the nearest to it"
     ),
+    ("frictional", "friction contact", "rough friction"): (
+        "friction is friction_coefficient or friction_bound beside it"
+    ),
+    ("none", "null", "nan"): 'a component that is not held is "free"',
+    ("width", "height", "length", "depth", "a", "b"): (
+        "a rectangle has lower_left and upper_right, a box lower and upper"
+    ),
+    ("diameter", "d"): "give the radius, half of it",
+    ("velocity", "speed"): "nothing depends on time; give a displacement, in a [[step]] for a path",
+    ("dimension", "dim", "dimensions"): "the shape says it: a rectangle is plane, a box in space",
+    ("augmented lagrangian", "augmented-lagrangian", "lagrange multiplier", "penalty method"): (
+        "contact is exact here, leave the method out"
+    ),
+    ("mumps", "superlu", "pardiso", "direct", "iterative"): (
+        "linear solvers are PETSc's: the table [petsc], or options as -ksp_type on the command line"
+    ),
+    ("quadratic", "linear", "constant", "second"): "0 is constant, 1 linear, 2 quadratic",
+    ("elements", "divisions", "number_of_elements"): "element_size says how large elements are",
     ("shear_modulus", "bulk_modulus", "stiffness", "G"): (
         "give young_modulus and poisson_ratio; E = 2 G (1 + nu) = 3 K (1 - 2 nu)"
     ),
@@ -105,6 +134,35 @@ EXPLAINED = {
     ("frictionless",): "contact without friction_coefficient and friction_bound is frictionless",
 }
 """What is written instead, or why there is nothing, by the words that people try."""
+ATTRIBUTES = {
+    ("x", "nodes", "points", "coordinates", "places"): (
+        "nodes in contact: .pairs[NAME].x, of a body: .meshes[BODY].x"
+    ),
+    ("p", "pressures", "contact_pressure", "pressure", "sigma_n", "normal_stress"): (
+        "of a contact: .pairs[NAME].pressure"
+    ),
+    ("q", "shear", "tau", "sigma_t", "shear_stress", "friction_stress"): (
+        "of a contact: .pairs[NAME].sigma_t"
+    ),
+    ("slips", "slip", "sliding", "sticks", "stick", "open", "states", "status"): (
+        "of a contact: .pairs[NAME].slip, and .state of each node: 0 sticks, 1 slips, 2 is open"
+    ),
+    ("stress", "stresses", "sigma", "von_mises", "mises", "principal", "s"): (
+        "stress at points: .stress_at(points), .von_mises_at(points)"
+    ),
+    ("displacement", "displacements", "u", "ux", "uy", "deformation"): (
+        "of a body: .bodies[NAME].u, at points inside: .at(points)"
+    ),
+    ("force", "forces", "reaction", "resultant", "moment"): (
+        "of a contact: .pairs[NAME].force, of supports: .reactions()"
+    ),
+    ("gap", "gaps", "overlap", "penetration"): "of a contact: .pairs[NAME].gap",
+    ("field", "fields", "plot", "draw", "show", "figure"): (
+        "figures: .plot(), petcontact.deformed_figure(solution); fields: .state_at(points)"
+    ),
+    ("solve", "run"): "petcontact.solve(problem)",
+}
+"""Where a solution has what people ask it for."""
 SAID = {word: text for words, text in EXPLAINED.items() for word in words}
 IN_MM_AND_N = {
     **{"Pa": 1e-6, "kPa": 1e-3, "MPa": 1.0, "GPa": 1e3, "psi": 6.894757e-3, "ksi": 6.894757},

@@ -30,6 +30,7 @@ from petcontact import (
 )
 from petcontact.given.tables.base import parse, regular_file
 from petcontact.model.case import parse_problem
+from petcontact.model.toml_text import parse_toml
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FILES = [
@@ -216,3 +217,40 @@ def test_a_problem_shows_itself_in_a_few_lines():
     bound = block(boundary=[Contact("bottom", friction_bound=lambda x: 1.0 + 0.0 * x)])
     assert "  body: " in repr(bound)  # the only one has no name
     assert "contact on bottom, bilateral, friction bound by a function" in repr(bound)
+
+
+NEWCOMERS = {
+    "material.thickness = '10 mm'": "with mm, N and MPa 10 mm are 10",
+    "material.yield_strength = 355.0": "compare the largest von Mises stress",
+    "geometry = { type = 'rectangle' }": 'write shape = "rectangle", not type',
+    "geometry.width = 8.0": "a rectangle has lower_left and upper_right",
+    "geometry.upper_right = ['L', 4.0]": r"\[variables\] has no L",
+    "variables.L = '8 mm'": "with mm, N and MPa 8 mm are 8",
+    "mesh.order = 'quadratic'": "0 is constant, 1 linear, 2 quadratic",
+    "dimension = 2": "the shape says it",
+    "contact = [{ name = 'a', secondary = 'left', primary = 'punch', normal = 'frictional' }]": (
+        "friction_coefficient or friction_bound"
+    ),
+    "contact = [{ name = 'a', secondary = 'left', primary = 'punch', gap = 'scan.csv' }]": (
+        r"\{ points = \"scan.csv\" \}"
+    ),
+    "obstacle = [{ name = 'p', shape = 'circle', diameter = 2.0 }]": "give the radius, half of it",
+    "obstacle = [{ name = 'p', velocity = [1.0, 0.0] }]": "nothing depends on time",
+    "method.name = 'augmented lagrangian'": "contact is exact here",
+}
+
+
+@pytest.mark.parametrize("line", NEWCOMERS)
+def test_what_newcomers_write_is_answered_with_what_to_write(line):
+    data, given = copy.deepcopy(FLAT), tomllib.loads(line)
+    for key, value in given.items():
+        merged = isinstance(value, dict) and "type" not in value
+        data[key] = {**data.get(key, {}), **value} if merged else value
+    with pytest.raises(InputError, match=NEWCOMERS[line]):
+        parse_problem(data, "own.toml", {}, Path())
+
+
+@pytest.mark.parametrize(("text", "word"), [("title: Block", "YAML"), ('{"title": 1}', "JSON")])
+def test_files_of_other_kinds_are_named(text, word):
+    with pytest.raises(InputError, match=f"this is {word}"):
+        parse_toml(text, "own.toml")

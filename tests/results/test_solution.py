@@ -94,3 +94,21 @@ def test_mistakes_in_python_are_answered_with_what_is_meant(solution):
         plot_all(solution, "", names=["normel"])
     with pytest.raises(InputError, match=r"title: a Problem does not change; .model_copy\(update="):
         solution.problem.title = "another"
+
+
+@pytest.mark.parametrize(
+    ("word", "where"),
+    [("x", r"\.pairs\[NAME\]\.x"), ("stress", "stress_at"), ("verdikt", "did you mean 'verdict'")],
+)
+def test_an_attribute_that_is_not_there_is_answered_with_where_it_is(solution, word, where):
+    with pytest.raises(AttributeError, match=f"Solution has no '{word}'.*{where}"):
+        getattr(solution, word)
+    assert not hasattr(solution, "__something__")
+
+
+def test_names_of_pairs_and_numbers_are_keys(solution):
+    with pytest.raises(AttributeError, match=r"names are keys: \['bottom'\]"):
+        _ = solution.pairs.bottom
+    assert {number.of for number in solution.numbers["force"]} == {"bottom"}
+    with pytest.raises(KeyError, match="did you mean 'largest displacement'"):
+        _ = solution.numbers["largest displacment"]

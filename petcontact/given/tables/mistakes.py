@@ -59,7 +59,9 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
         allowed = f"must be one of {', '.join(map(repr, tags))}"
         key = _joined(_key(loc, data), name)
         if kind == "union_tag_not_found":
-            return f"{key}: this key is required, {allowed}"
+            named = {k: v for k, v in dict(mistake["input"]).items() if v in tags}
+            hint = "".join(f'; write {name} = "{v}", not {k}' for k, v in named.items())
+            return f"{key}: this key is required, {allowed}{hint}"
         return f"{key}: {allowed}, got {shown(context['tag'])}{nearest(context['tag'], tags)}"
     if kind == "missing":
         if isinstance(loc[-1], int):
@@ -89,8 +91,15 @@ def _meant(mistake: Any, message: str, table: str, cls: type) -> str:
     if mistake["type"] == "literal_error":
         words = mistake["ctx"]["expected"].replace(" or ", ", ").replace("'", "")
         return nearest(given, words.split(", "))
-    refused = number_refused(given) if isinstance(given, str) else ""
-    return f"; {refused}" if refused and refused not in message else ""
+    return _not_this_text(given, message) if isinstance(given, str) else ""
+
+
+def _not_this_text(given: str, message: str) -> str:
+    """What a text in the place of a number most often means."""
+    refused, words = number_refused(given), nearest(given, [])
+    if not refused and not words and message == "must be a number" and given.isidentifier():
+        refused = f"[variables] has no {given}"
+    return f"; {refused}" if refused and refused not in message else words
 
 
 def _not_this_array(kind: str, given: Sequence[Any]) -> str:

@@ -21,9 +21,9 @@ def instead(cls: Any, loc: list[Any], data: Any) -> str:
     given = where_given(data, SYNONYMS.get(key, key)) if len(loc) == 1 else []
     there = f", did you mean {' or '.join(given[:3])}?" if given else ""
     near, few = nearest(key, keys), len(keys) <= FEW
-    near = "" if few and near.startswith(";") else near
+    near, said = ("", near) if few and near.startswith(";") else (near, "")
     where = of_another(cls, loc) or there or near or ("" if few else stands_in(cls, key))
-    return where or valid
+    return where or f"{valid}{said}"
 
 
 def models_at(cls: Any, loc: list[int | str]) -> list[Any]:

@@ -23,11 +23,12 @@ from ...results.solution import Solution
 from ...round_off import SOLVED
 from ...runtime.petsc import options
 from ...runtime.signals import BrokenOff, answering
+from ..eliminate import MOST_NODES
 from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
 from .halves import PATH_ERROR, touching
 from .increment import PreparedProblem
-from .step_loop import MOST_NODES, increments, state_after, whole_step
+from .step_loop import increments, state_after, whole_step
 
 UNNAMED = 64
 """Largest number of increments of the steps that name none, together. 16 leave 1.4 % of p in q of

@@ -18,7 +18,7 @@ from ...given.posed import Step
 from ...results.records import StepResult, weights_of
 from ...results.solution import Solution
 from ...runtime.signals import answering
-from ..eliminate import eliminated
+from ..eliminate import MOST_NODES, eliminated
 from ..pose.load_states import later_data
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced
@@ -29,11 +29,6 @@ from .sliding import up_to_sliding
 from .wear import Tried, with_wear
 
 LOG = logging.getLogger(__name__)
-MOST_NODES = 2000
-"""Largest number of contact nodes for which the linear program of equilibrium costs less than a
-dense solve, and a step on H-matrices less than their assembly. The program is then solved first,
-else only after a failure, and the error of the path is estimated. A joint solve always costs
-more than the program."""
 
 
 def increments(
