@@ -25,7 +25,7 @@ SLOW = """space_a space_adaptive space_bearing space_bracket space_flange space_
     space_stack stack axial_press_fit fretting_specimen lap_joint axial_o_ring space_b axial_ball
     axial_torque rotating_blade shrink_fit gallery_bracket fretting heated_disc disc_between_plates
     blade gallery_disc gallery_dovetail gallery_plate gallery_toe axial_bolt example1_adaptive pin
-    wedge axial_brake press_fit"""
+    wedge axial_brake press_fit axial_taper axial_thread railhead"""
 DRAWN = ("example1", "pin")
 """Figures take longer than most solves; those of other kinds are drawn by test_every_kind and
 test_space_steps."""
@@ -57,7 +57,7 @@ def test_config_runs(path, tmp_path, capfd, monkeypatch):
     with h5py.File(tmp_path / "result.h5") as file:
         assert file.attrs["status"] == "converged"
         last = file[f"steps/{len(file['steps'])}"]
-        assert last.attrs["load_factor"] == 1.0
+        assert last.attrs["load_factor"] == 1.0 or "sliding" in last.attrs
         # an iterated solve balances forces better than it meets the elastic equations, not exactly
         assert last.attrs["residual_balance"] < max(1e-10, last.attrs["residual_elastic"])
         assert all(len(pair["pressure"]) == len(pair["x"]) for pair in last["contact"].values())

@@ -26,7 +26,8 @@ TABLE = ROOT / "petcontact" / "manual" / "cases.md"
 PICTURES = ROOT / "configs" / "pictures" / "verification"
 DRAWN = PICTURES / "drawn.json"
 """Digests of cases when their pictures were drawn."""
-FIGURES = "model model_in_space posed_parts plane space surface surroundings view bands finite"
+FIGURES = """model model_in_space posed_parts plane_figures space surface_figure surroundings view
+    colour_bands finite"""
 DRAWING = *files(*FIGURES.split()), ROOT / "scripts" / "campaigns" / "case_pictures.py"
 """Modules that draw the pictures."""
 KINDS = ("closed form", "external source", "another code")
