@@ -11,6 +11,7 @@ import pytest
 from petcontact import (
     Body,
     BoundaryChange,
+    Box,
     Contact,
     Displacement,
     InputError,
@@ -150,3 +151,22 @@ def test_what_is_refused(steps: list[Step], more: dict[str, Any], message: str) 
 def test_an_unknown_word_is_refused() -> None:
     with pytest.raises(InputError, match="until: must be 'sliding', got 'slip'"):
         Step("push", until="slip")
+
+
+def test_in_space_a_force_pushes_until_all_shear_points_against_it() -> None:
+    """All nodes slip at 0.86 of that load, in directions that differ."""
+    sides = [Traction(part, (0.0, 0.0, 0.0)) for part in ("left", "right", "front", "back")]
+    push = BoundaryChange("left", value=(3.0, 0.0, 0.0))
+    solution = solve(
+        Problem(
+            material=MATERIAL,
+            geometry=Box((0.0, 0.0, 0.0), (2.0, 2.0, 1.0)),
+            mesh=MeshOptions(element_size=1.0, order=1),
+            boundary=[GROUND, Traction("top", (0.0, 0.0, -1.0)), *sides],
+            step=[Step("press"), Step("push", boundary=[push], until="sliding")],
+        )
+    )
+    assert solution.converged
+    assert solution.last.sliding == "bottom"
+    assert solution.last.load_factor == pytest.approx(0.3 * 4.0 / 6.0, rel=1e-3)
+    assert -solution.last.pairs["bottom"].force[0] == pytest.approx(0.3 * 4.0, rel=1e-3)

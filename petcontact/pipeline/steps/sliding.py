@@ -2,7 +2,9 @@
 
 Friction carries the share ∫|σ_t| / ∫b of what it could carry at the pressures there, b being the
 bound. It is 1 where the whole contact slips. Beyond that load a force has no solution, while under
-a motion the contact slips on. The load is found between the increment before and one beyond.
+a motion the contact slips on. With two tangents shear may still turn then, until all of it points
+against the force: the load is the last one that has a solution, if the end of the step has none.
+The load is found between the increment before and one beyond.
 """
 
 from __future__ import annotations
@@ -25,6 +27,10 @@ found."""
 NEARLY = 0.98
 """Share of friction from which on a load without a solution is taken for one beyond the load at
 which the contact slips. A taper that is pulled off carries 0.998 at 0.998 of that load."""
+
+GOLDEN = 0.382
+"""Share of the interval that a try leaves where nothing tells more: unlike a half it does not meet
+limit loads that are simple numbers, at which a body slides without end."""
 
 
 def slipping(increment: Increment, sigma: Array) -> tuple[float, str]:
@@ -58,7 +64,7 @@ def up_to_sliding(solving: Iterable[Tried], monitor: Monitor | None) -> Iterator
         if tried[1].stopped or (solved and slipping(*_end(tried))[0] < 1.0 - RESOLVED):
             yield tried
             continue
-        found = _found(tried, monitor)
+        found = _found(_beyond(tried, monitor), monitor)
         share, name = slipping(*_end(found))
         slides = found[1].converged and share >= NEARLY
         yield (replace(found[0], sliding=name), *found[1:]) if slides else tried
@@ -69,6 +75,30 @@ def _end(tried: Tried) -> tuple[Increment, Array]:
     return tried[0], tried[1].sigma
 
 
+def _turns(increment: Increment) -> bool:
+    """Whether shear has a direction that may turn."""
+    return increment.problem.system.components > 2
+
+
+def _beyond(tried: Tried, monitor: Monitor | None) -> Tried:
+    """Return the increment up to the end of the step instead, if shear may turn and this has no
+    solution."""
+    if not tried[1].converged or tried[0].target == 1.0 or not _turns(tried[0]):
+        return tried
+    whole = tried[0].ending_at(1.0)
+    beyond = with_wear(whole, whole.solved(monitor), monitor)
+    return tried if beyond[1].converged else beyond
+
+
+def _guess(points: list[tuple[float, float]], low: float, high: float) -> float:
+    """Return where the friction that is left at the last two loads falls to half of `RESOLVED`."""
+    (a, left_a), (b, left_b) = points[-2:] if len(points) > 1 else 2 * points
+    guess = GOLDEN * low + (1.0 - GOLDEN) * high
+    if left_a > left_b:
+        guess = b + (b - a) * (left_b - 0.5 * RESOLVED) / (left_a - left_b)
+    return float(np.clip(guess, 0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high))
+
+
 def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
     """Return the increment that ends where a contact slips, or the last one before that.
 
@@ -77,19 +107,16 @@ def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
     """
     increment, low, high = beyond[0], beyond[0].begun, beyond[0].target
     above, below = beyond if beyond[1].converged else None, beyond
+    to_last = _turns(increment) and above is None
     points = [(low, 1.0 - slipping(increment, increment.before.sigma)[0])]
     while high - low > RESOLVED * high:
-        (a, left_a), (b, left_b) = points[-2:] if len(points) > 1 else 2 * points
-        guess = 0.5 * (low + high)
-        if left_a > left_b:
-            guess = b + (b - a) * (left_b - 0.5 * RESOLVED) / (left_a - left_b)
-        target = float(np.clip(guess, 0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high))
+        target = _guess(points[:1] if to_last else points, low, high)
         following = increment.ending_at(target)
         tried = with_wear(following, following.solved(monitor), monitor)
         left = 1.0 - slipping(*_end(tried))[0]
         if tried[1].stopped:
             return tried
-        if tried[1].converged and left >= RESOLVED:
+        if tried[1].converged and (to_last or left >= RESOLVED):
             low, below = target, tried
             points.append((low, left))
             continue

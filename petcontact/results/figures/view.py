@@ -22,6 +22,9 @@ MAGNIFIED = 0.08
 MISSED = 2e-3
 """Distance of sides that touch, over the size of the bodies, that is not seen: two dots of a figure
 of 1000 dots."""
+SLID = 0.02
+"""Largest slip drawn, over the size of the bodies: a side of a tenth of this size as its radius is
+then off the other one by slip²/2r, which is `MISSED`."""
 NEARLY = 1.0 - 1e-4
 """Cosine of the angle to an axis from which on a direction is called by its name."""
 AROUND, STRAIGHT, ONE_SIDED = 0.9, 1e-3, 1e-3
@@ -42,7 +45,8 @@ class View:
     factor : float
         Of displacements: at least 1, unless they are larger than the bodies; 1 where contact closed
         a gap or an overlap that would be seen. Magnified the sides would not meet: a round one
-        would look concave, and a press fit would have a white gap.
+        would look concave, and a press fit would have a white gap. Slip is drawn short, since
+        sides that slide far by their tangents overlap.
     low, high : (d,) arrays
         What the bodies cover as they were and as they are drawn [length].
     largest : float
@@ -88,12 +92,24 @@ def view_of(
     largest = max(float(np.linalg.norm(values, axis=1).max()) for _, values in u)
     if factor is None:
         factor = round_number(share * size, largest)
+        if (slip := _largest_slip(steps or [solution.last])) > 0.0:
+            factor = min(factor, max(1.0, round_number(SLID * size, slip)))
         if factor < 1.0:
             factor = factor if largest > size else 1.0
         elif (factor - 1.0) * _misfit(solution) > MISSED * size:
             factor = 1.0
     places = np.vstack([every, *(x[name] + factor * values for name, values in u)])
     return View(factor, places.min(axis=0), places.max(axis=0), largest, eye)
+
+
+def _largest_slip(steps: Sequence[StepResult]) -> float:
+    """The largest slip of what touches [length]."""
+    slips = [
+        np.linalg.norm(pair.slip[pair.state != OPEN], axis=1)
+        for step in steps
+        for pair in step.pairs.values()
+    ]
+    return max((float(slip.max(initial=0.0)) for slip in slips), default=0.0)
 
 
 def _misfit(solution: SolutionData) -> float:
