@@ -38,6 +38,7 @@ class DenseBody(ElasticBody):
     compliance: Array
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
+        operators = with_translations(operators)
         super().__init__(operators, modes)
         with stage("assemble"):
             system = DenseRows(operators, modes, comm)
@@ -88,6 +89,11 @@ class DenseBody(ElasticBody):
         self._solved.close()
 
 
+def with_translations(operators: BoundaryOperators) -> BoundaryOperators:
+    """Return operators whose equations are made exact for the translations of their body."""
+    return replace(operators, translated=operators.mesh.motions.along)
+
+
 class DenseRows:
     """This rank's rows of the bordered system, its contact columns and its loads.
 
@@ -118,8 +124,8 @@ class DenseRows:
         nodes = np.arange(*even_ranges(n, ranks)[rank])
         self.size, border = d * n + r, r if rank == ranks - 1 else 0
         inner, rows = d * len(nodes), d * len(nodes) + border
-        if not loads_only or data.displaced.any():
-            operators = replace(operators, translated=operators.mesh.motions.along)
+        if loads_only and not data.displaced.any():
+            operators = replace(operators, translated=())
         self.loads = np.zeros((data.states + len(operators.translated), rows))
         loads = self._inside(self.loads, len(nodes), d)
         if loads_only:

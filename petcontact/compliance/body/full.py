@@ -16,7 +16,7 @@ from ...linalg.dense_matrix import on_memory
 from ...linalg.dense_solver import direct_solver
 from ...runtime.petsc import stage
 from ..contact_compliance import ContactCompliance, MakeSurrogate
-from .dense import DenseRows
+from .dense import DenseRows, with_translations
 from .eliminated import ElasticBody
 
 
@@ -34,6 +34,7 @@ class FullBody(ElasticBody):
     compliance = None
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
+        operators = with_translations(operators)
         super().__init__(operators, modes)
         with stage("assemble"):
             self._rows = DenseRows(operators, modes, comm)
