@@ -178,7 +178,7 @@ def _shares(tell: Teller, step: StepResult, side: PosedInterface) -> tuple[str, 
     """What is closed, what of it slips, and how much of its friction is used."""
     area, slips = (tell.get(step, side.name, key) for key in ("contact area", "slipping"))
     if area is None or slips is None or not area.size:
-        return "0", "", ""
+        return "" if area is None else "0", "", ""
     used = step.pairs[side.name].friction_used
     # of less friction three digits would show noise
     friction = f"{used:.3g}" if used > 0.005 else ""
