@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..round_off import SINGLE
+from .outline import Side
 from .revolved.turned_surface import RevolvedSurface
 from .round_surfaces import CylinderSurface
 from .surface import BOX_PARTS, BoxSurface, face_axes
@@ -104,18 +107,33 @@ def _(surface: CylinderSurface, part: str, middle: Array | None = None) -> Chart
 @chart_of.register
 def _(surface: RevolvedSurface, part: str, middle: Array | None = None) -> Chart | None:
     sides = [side for side in surface.section.sides if side.part == part]
-    if len(sides) != 1:
+    if not _runs_on(sides):
         return None
-    (side,) = sides
-    radius = float(side.point(np.array([0.5]))[0, 0])
-    return _turned(
-        (surface.centre, surface.frame),
-        surface.angle,
-        lambda v: side.point(v / side.length),
-        lambda section: side.nearest(section) * side.length,
-        side.length,
-        radius,
-        middle,
+    lengths = np.array([side.length for side in sides])
+    ends = np.append(0.0, np.cumsum(lengths))
+
+    def section(v: Array) -> Array:
+        number = np.clip(np.searchsorted(ends, v, side="right") - 1, 0, len(sides) - 1)
+        share = (v - ends[number]) / lengths[number]
+        return np.choose(number[:, None], [side.point(share) for side in sides])
+
+    def along(points: Array) -> Array:
+        shares = np.array([side.nearest(points) for side in sides])
+        feet = np.array([side.point(share) for side, share in zip(sides, shares, strict=True)])
+        nearest = np.linalg.norm(feet - points, axis=2).argmin(axis=0)
+        share = shares[nearest, np.arange(len(points))]
+        return np.asarray(ends[nearest] + share * lengths[nearest])
+
+    place, radius = (surface.centre, surface.frame), float(section(0.5 * ends[-1:])[0, 0])
+    return _turned(place, surface.angle, section, along, float(ends[-1]), radius, middle)
+
+
+def _runs_on(sides: Sequence[Side]) -> bool:
+    """Return whether sides follow one another without a corner."""
+    return bool(sides) and all(
+        np.allclose(one.end, two.start)
+        and float(one.tangents(np.ones(1))[0] @ two.tangents(np.zeros(1))[0]) > 1.0 - SINGLE
+        for one, two in itertools.pairwise(sides)
     )
 
 

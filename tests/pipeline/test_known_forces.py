@@ -48,3 +48,18 @@ def test_what_a_body_hands_on(conditions, more, force, turned):
     ]
     found = known_force(posed, posed.interfaces[0], meshes)
     assert found is None if force is None else found == pytest.approx(force)
+
+
+def test_a_floor_carries_what_presses_a_body_on_it():
+    """Of two obstacles one is pushed; the other one is held, and feels the same force."""
+    lid = {"name": "lid", "displacement": ["free"] * 3, "force": [0.0, 0.0, -4.0]}
+    pairs = [touching("low", "ring.bottom", "floor"), touching("high", "ring.top", "lid")]
+    posed = problem(
+        body=[solid("ring", block(1.0))], obstacle=[{"name": "floor"}, lid], contact=pairs
+    ).posed
+    mesh = FirstMeshes(posed).mesh(
+        0, body_alone(posed, 0, posed.boundaries[0]), posed.boundaries[0], 4000
+    )
+    assert [known_force(posed, side, [mesh]) for side in posed.interfaces] == pytest.approx(
+        [4.0, 4.0]
+    )

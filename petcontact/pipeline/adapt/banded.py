@@ -71,6 +71,13 @@ class Bands:
     Parameters
     ----------
     posed : Posed
+
+    Attributes
+    ----------
+    level : dict of int
+        Lines between the ridge and the edge of each band.
+    faces : int
+        Number of faces that may have bands.
     """
 
     def __init__(self, posed: Posed) -> None:
@@ -81,6 +88,7 @@ class Bands:
             for side in posed.interfaces
             if side.law.normal == "unilateral" and all(ends.count(end) == 1 for end in side.ends)
         ]
+        self.faces = sum(len(side.bodies) for side in self._sides)
         self._long = dict[str, _Long | None]()
         self.level = dict[str, int]()
         self._start, self._made = 0, dict[str, int]()
@@ -174,8 +182,8 @@ class Bands:
         """Return meshes with one line more in each band, and the numbers of lines."""
         made, levels = [*meshes], dict(self.level)
         for side in self._sides:
-            level = self.level.get(side.name, self._start - 1) + 1
-            if level >= LEVELS or not forces.get(side.name, 0.0) > 0.0:
+            level = min(self.level.get(side.name, self._start - 1) + 1, LEVELS - 1)
+            if not forces.get(side.name, 0.0) > 0.0:
                 continue
             long = self._known(side, forces[side.name])
             if long is None:

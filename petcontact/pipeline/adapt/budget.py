@@ -83,15 +83,15 @@ def beyond_budget(
     counts: tuple[int, int],
     wanted: float,
     asked: bool,
-    faces: int = 1,
+    faces: int = 0,
 ) -> str:
     """Return a sentence if solves on the meshes exceed the budget or the memory, else "".
 
-    `counts` are the numbers of increments, and of motions that only contact holds. With two `faces`
-    that the meshes follow two bodies have the budget of four.
+    `counts` are the numbers of increments, and of motions that only contact holds. Each of the
+    `faces` on which the meshes follow contacts has the budget of a pair of bodies.
     """
     bem = resolved_bem(suitable_bem(posed, meshes))
-    bodies = faces * len(meshes)
+    bodies = max(len(meshes), 2 * faces)
     budget = budget_of(bodies, asked)
     nodes = sum(mesh.n_nodes for mesh in meshes)
     seconds = solve_seconds(bem, meshes, *counts)

@@ -49,11 +49,11 @@ class CutPanels:
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
     def _completed(
-        self, meshes: list[SurfaceMesh], solution: Solution | None, faces: int = 1
+        self, meshes: list[SurfaceMesh], solution: Solution | None, faces: int = 0
     ) -> list[SurfaceMesh]:
         """Return meshes whose panels off the contact fit those in it, or none beyond the budget.
 
-        Bands lie on both faces of a pair: two bodies have the budget of four then.
+        Each of the `faces` that bands follow has the budget of a pair.
         """
         count = 0
         while count < (count := sum(mesh.n_elements for mesh in meshes)):
@@ -154,7 +154,7 @@ class CutPanels:
         return result
 
     def _too_much(
-        self, solution: Solution | None, meshes: Sequence[BoundaryMesh], faces: int = 1
+        self, solution: Solution | None, meshes: Sequence[BoundaryMesh], faces: int = 0
     ) -> str:
         increments = len(solution.steps) if solution is not None else 1
         counts = increments, self._motions

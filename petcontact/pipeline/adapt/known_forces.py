@@ -30,12 +30,13 @@ def known_force(posed: Posed, side: PosedInterface, meshes: Sequence[SurfaceMesh
         return None
     middle = 0.5 * (chart.low + chart.high)[None]
     way = chart.normal(middle)[0] if side.direction is None else side.direction
+    forces = None
     if side.obstacle is not None:
         forces = of_obstacle(posed, side.obstacle, -way)
-    else:
+    elif side.primary is not None:
+        forces = of_body(posed, side.primary[0], meshes, side, -way)
+    if forces is None:
         forces = of_body(posed, side.body, meshes, side, way)
-        if forces is None and side.primary is not None:
-            forces = of_body(posed, side.primary[0], meshes, side, -way)
     return None if forces is None else float(forces.max())
 
 

@@ -92,7 +92,7 @@ class PanelTails(CutPanels):
             self._first.mesh(b, body_alone(posed, b, boundary), boundary, nodes)
             for b, boundary in enumerate(posed.boundaries)
         ]
-        completed = functools.partial(self._completed, solution=None, faces=2)
+        completed = functools.partial(self._completed, solution=None, faces=self._bands.faces)
         return [*self._bands.first(plain, self.wanted, completed)]
 
     def start(self, problem: PreparedProblem) -> Start | None:
@@ -141,7 +141,7 @@ class PanelTails(CutPanels):
         """
         completed = functools.partial(self._completed, solution=solution)
         plain = [self._first.plain[b] for b in range(len(self._posed.bodies))]
-        on_both = functools.partial(completed, faces=2)
+        on_both = functools.partial(completed, faces=self._bands.faces)
         if banded := self._bands.next(solution, plain, on_both):
             self._meshes = [*banded]
             return True

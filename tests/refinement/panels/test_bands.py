@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from petcontact import Revolved
 from petcontact.geometry.charts import chart_of
 from petcontact.geometry.round_surfaces import CylinderSurface
 from petcontact.geometry.surface import BoxSurface
@@ -120,3 +121,27 @@ def test_panels_of_a_cylinder_lie_on_it():
     radius = np.hypot(made.x[nodes, 1], made.x[nodes, 2] - 5.0)
     assert np.abs(radius - 5.0).max() < 5.0 * 2e-3
     assert made.weight[nodes].sum() == pytest.approx(100.0 * np.pi, rel=1e-3)
+
+
+def test_the_upper_half_of_an_o_ring_is_unrolled_as_one():
+    """It is turned from two arcs, and its ridge is their joint; a corner between sides has no chart."""
+    sides = [
+        {"part": "upper", "to": [27.65, 0.0], "radius": -2.65},
+        {"part": "lower", "to": [22.35, 0.0], "radius": -2.65},
+    ]
+    surface = Revolved(shape="revolved", angle=30.0, loops=[sides]).outline()
+    chart = chart_of(surface, "upper")
+    ridge = ridge_of(face_gap(chart, as_given("2.65 - z", "gap"), None, None), chart)
+    assert ridge.straight and ridge.curvature == pytest.approx(1.0 / 2.65, rel=1e-4)
+    assert np.abs(np.hypot(*chart.at(ridge.points)[:, :2].T) - 25.0).max() < 1e-5
+    place = np.array([[1.0, 0.5], [2.0, 4.0], [9.0, 4.5], [12.0, 8.0]])
+    assert chart.local(chart.at(place)) == pytest.approx(place)
+    whole = Revolved(
+        shape="revolved", angle=30.0, loops=[[side | {"part": "skin"} for side in sides]]
+    )
+    assert chart_of(whole.outline(), "skin") is not None
+    bent = [
+        {"part": "skin", "to": [5.0 + x, y]}
+        for x, y in ((1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0))
+    ]
+    assert chart_of(Revolved(shape="revolved", angle=30.0, loops=[bent]).outline(), "skin") is None
