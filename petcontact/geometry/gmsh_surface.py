@@ -75,12 +75,16 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     try:
         whole = checked_surface(whole, file)
     except InputError as error:
-        if not nameless:
-            raise
-        raise InputError(
-            f"{error}; {nameless} triangles and quadrilaterals are in no physical surface, and "
-            "left out"
-        ) from None
+        if nameless:
+            raise InputError(
+                f"{error}; {nameless} triangles and quadrilaterals are in no physical surface, and "
+                "left out"
+            ) from None
+        if rim is None and "is open" in str(error):
+            raise InputError(
+                f"{error}; sides in no group are free where the volume is in a physical group, too"
+            ) from None
+        raise
     points, facets = whole.points, np.column_stack([whole.facets, whole.middles])
     curved = (_bent(points, facets) | _crooked(points, facets))[:, None]
     return replace(whole, middles=np.where(curved, whole.middles, -1))

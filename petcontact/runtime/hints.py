@@ -98,18 +98,22 @@ class Hinted:
     if not TYPE_CHECKING:  # which would take any attribute then
 
         def __getattr__(self, name: str) -> Any:
-            if name.startswith("_"):
-                raise AttributeError(name)
+            if name.startswith("_") or hasattr(type(self), name):  # what a property raises
+                return object.__getattribute__(self, name)
             names = [own for own in dir(self) if not own.startswith("_")]
-            raise AttributeError(f"{type(self).__name__} has no {name!r}{_attribute(name, names)}")
+            raise AttributeError(
+                f"{type(self).__name__} has no {name!r}{missing_attribute(name, names)}"
+            )
 
 
-def _attribute(name: str, names: Sequence[str]) -> str:
+def missing_attribute(name: str, names: Sequence[str]) -> str:
     """What is meant by an attribute, of those that there are.
 
-    >>> _attribute("presure", ["pressure"]), _attribute("stress", ["stress_at", "verdict"])
-    (", did you mean 'pressure'?", '; stress at points: .stress_at(points), .von_mises_at(points)')
-    >>> _attribute("temperature", ["pressure"])
+    >>> missing_attribute("presure", ["pressure"])
+    ", did you mean 'pressure'?"
+    >>> missing_attribute("stress", ["stress_at", "verdict"])
+    '; stress at points: .stress_at(points), .von_mises_at(points)'
+    >>> missing_attribute("temperature", ["pressure"])
     '; there are pressure'
     """
     said = next((text for words, text in ATTRIBUTES.items() if name in words), "")

@@ -254,3 +254,16 @@ def test_what_newcomers_write_is_answered_with_what_to_write(line):
 def test_files_of_other_kinds_are_named(text, word):
     with pytest.raises(InputError, match=f"this is {word}"):
         parse_toml(text, "own.toml")
+
+
+@pytest.mark.parametrize(
+    ("thing", "name", "where"),
+    [
+        (block(), "solve", "petcontact.solve"),
+        (block().body[0].material, "E", "did you mean 'young_modulus'"),
+        (block(), "bodys", "did you mean 'body'"),
+    ],
+)
+def test_an_attribute_that_a_model_has_not_is_answered_with_what_is_meant(thing, name, where):
+    with pytest.raises(AttributeError, match=f"has no '{name}'.*{where}"):
+        getattr(thing, name)
