@@ -245,14 +245,16 @@ def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
     away = x[:, None] - curves.start[None]
     fraction = np.einsum("mkc,kc->mk", away, chord) / length**2
     distance = cross(away, chord) / length
-    against = cross(normal[:, None], chord) < 0.0
+    # what grazes a curve does so in round-off
+    against = cross(normal[:, None], chord) < -WRITTEN * length
     bent = np.flatnonzero(curves.curvature)
     if len(bent):
         offset, bend = x[:, None] - curves.centre[bent], curves.curvature[bent]
         radius = np.hypot(offset[..., 0], offset[..., 1])
         fraction[:, bent] = _fraction_on_arc(offset, curves, bent)
         distance[:, bent] = np.sign(bend) * (radius - 1.0 / np.abs(bend))
-        against[:, bent] = np.sign(bend) * np.einsum("mkc,mc->mk", offset, normal) < 0.0
+        facing = np.sign(bend) * np.einsum("mkc,mc->mk", offset, normal)
+        against[:, bent] = facing < -WRITTEN * radius
     return np.where(against, distance, np.nan), np.where(against, fraction, np.nan)
 
 

@@ -81,16 +81,21 @@ def _largest(samples: Sequence[Samples], name: str) -> list[Number]:
     ]
     endless.sort(key=lambda each: -each[0])
     highest = max((float(top.value[0]) for top in named), default=-np.inf)
-    beside = _beside([*endless, *_hiding(samples, key, highest)], name)
+    beside = _beside(_hiding(samples, key, highest, endless), name)
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
     return [*named, *_without_bound(name, endless)]
 
 
-def _hiding(samples: Sequence[Samples], key: str, above: float) -> list[Told]:
-    """Places that hide more than a stress, the largest first: it is told beside them."""
+def _hiding(
+    samples: Sequence[Samples], key: str, above: float, endless: Sequence[Told]
+) -> list[Told]:
+    """Places beside which a stress is told, the largest there first: those that have no bound, and
+    those that hide more than is told elsewhere."""
+    unbounded = {place for _, place, _ in endless}
     rings = [(*each, some) for some in samples for each in some.rings(key)]
-    return sorted((each for each in rings if each[0] > above), key=lambda each: -each[0])
+    told = [each for each in rings if each[0] > above or each[1] in unbounded]
+    return sorted(told, key=lambda each: -each[0])
 
 
 def _beside(at: Sequence[Told], name: str) -> list[Number]:

@@ -104,11 +104,6 @@ class Fit:
         state = StressState(stress[:, :0], stress[:, :0], stress, stress[:, 2])
         return float(getattr(state, key).max())
 
-    @property
-    def surely(self) -> float:
-        """The share of K that other nodes and weights do not take away [-]."""
-        return max(0.0, 1.0 - self.spread / abs(self.value)) if self.value else 0.0
-
     def reach(self, amplitude: float, elsewhere: float) -> float:
         """The distance up to which stress with an amplitude exceeds what is elsewhere [length].
 
