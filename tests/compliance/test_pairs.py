@@ -177,6 +177,8 @@ def test_bodies_are_solved_as_on_dense_operators(name):
             mine, size = step.pairs[key], np.abs(pair.pressure).max()
             assert np.array_equal(mine.state, pair.state) and near(mine.force, pair.force)
             assert near(mine.pressure, pair.pressure, 10.0 if chance else 20.0, size)
+            # a given bound of friction may be a thousand times the pressure at first contact
+            size = max(size, np.abs(pair.sigma_t).max())
             assert near(mine.sigma_t, pair.sigma_t, 20.0, size)
             assert pair.wear is None or near(mine.wear, pair.wear, 20.0)
         most = max(np.abs(body.u).max() for body in other.bodies.values()) if chance else 0.0

@@ -3,6 +3,8 @@ on every storage."""
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from marks import slow
@@ -47,7 +49,7 @@ def test_a_bar_is_stretched_as_it_should(d, petsc):
     assert np.allclose(inside, [[PULL, *[0.0] * (2 if d == 2 else 5)]], atol=1e-3 * PULL)
     assert np.allclose(solution.reactions()["left"], [-PULL, *[0.0] * (d - 1)], atol=1e-3 * PULL)
     said = solution.verdict()
-    assert "largest displacement: " in said and "reactions: bar.left (-2, 0" in said
+    assert "largest displacement: " in said and re.search(r"reactions: bar.left \(-2[.0]*, 0", said)
     assert len(solution.to_dataframe()) == 0 and len(solution.contact.x) == 0
 
 
