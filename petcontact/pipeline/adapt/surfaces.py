@@ -116,10 +116,10 @@ class PanelTails(CutPanels):
             self.estimate = min(self.estimate, math.hypot(apart, errors._of_bodies))
         self._shared = errors.shared
         self._estimates.append(self.estimate)
-        # rings around one contact mend no error of another one that no node sees
-        if self.estimate > self.wanted and (
-            errors.are_off_contact(self.estimate) or not self._follows(solution)
-        ):
+        # rings around one contact mend no error of another one that no node sees; what a band has
+        # wrong is known from the next one only, whatever the tails say
+        off = errors.are_off_contact(self.estimate) and not self._bands.level
+        if self.estimate > self.wanted and (off or not self._follows(solution)):
             self._cut_largest(errors)
 
     def _cut_largest(self, errors: TailErrors) -> None:
