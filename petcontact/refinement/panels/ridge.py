@@ -105,11 +105,19 @@ def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None
     if not closed:
         before = walk.along(middle, -across)[0][::-1]
         rows = [*((row[0], -row[1], *row[2:]) for row in before), *rows]
-    if len(rows) < 2:  # the least gap is in a corner of the face
+    columns = _apart([np.array(column) for column in zip(*rows, strict=True)])
+    if len(columns[0]) < 2:  # the least gap is in a corner of the face
         return None
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(columns[0], axis=0), axis=1)))
     return Ridge(columns[0], columns[1], s, columns[2], columns[3], slope, closed)
+
+
+def _apart(columns: list[Array]) -> list[Array]:
+    """Return columns without rows whose point is that of the row before: at a wall the last step
+    may be none."""
+    steps = np.linalg.norm(np.diff(columns[0], axis=0), axis=1)
+    apart = np.append(True, steps > SINGLE * steps.max(initial=0.0))
+    return [column[apart] for column in columns]
 
 
 def lowest_sample(gap: Gap, chart: Chart) -> Array | None:
