@@ -145,10 +145,10 @@ class Sampler:
         own = np.searchsorted(self.carriers, [start, stop])
         owner = np.arange(len(start))
         cell = np.zeros(len(start), dtype=np.int64)
-        for depth, (bounds, low, high) in enumerate(self._levels):
+        for depth, (bounds, *box) in enumerate(self._levels):
             first, last = bounds[cell], bounds[cell + 1]
-            begin, end = own[:, owner]
-            outside, inside = (first >= end) | (last <= begin), (first >= begin) & (last <= end)
+            outside = (first >= own[1, owner]) | (last <= own[0, owner])
+            inside = (first >= own[0, owner]) & (last <= own[1, owner])
             straight, focal = self._seen(first, last, owner, boxes)
             # sampled, not split, where the kernel is analytic on the cell inside this Bernstein
             # ellipse
@@ -156,8 +156,8 @@ class Sampler:
             if depth == len(self._levels) - 1:
                 done = ~inside
             chosen = owner[done]
-            distance = boxes.least(chosen, (low[cell[done]], high[cell[done]]))
-            nodes = _enough(focal[done], 2.0 * distance / boxes.diameter[chosen])
+            away = boxes.least(chosen, (box[0][cell[done]], box[1][cell[done]]))
+            nodes = _enough(focal[done], 2.0 * away / boxes.diameter[chosen])
             parts += _outside(_Cells(chosen, first[done], last[done], nodes), own[:, chosen])
             deeper = ~(done | inside)
             owner = np.repeat(owner[deeper], 2)
