@@ -44,6 +44,9 @@ block with ten elements a side it was 0.02, of edges in space at which smooth fi
 and more."""
 SMALLER = 0.8
 """Size of an element over that on the mesh before, up to which it is refined [-]."""
+SMOOTH = 1.25
+"""Stress at a place over that on the ring about it, up to which it is smooth: the ring ends at a
+tenth of the size of the feature, over which a quadratic field of that scale changes by a fifth."""
 TRIED = 8
 """Samples that are climbed from, the largest first, until one leads to a top."""
 ROUND = 25
@@ -117,6 +120,17 @@ class Samples:
         return endless
 
     def _grows(self, key: str, place: Place, power: float) -> bool:
+        """Whether stress grows towards a place: from the ring about it more than smooth ones do,
+        or from mesh to mesh."""
+        near, values = np.isin(self._element, place.elements), self._values(key)
+        if not near.any():
+            return True
+        largest = float(values[: len(near)][near].max())
+        off = level(place.away(self._x), place, values)
+        reaches = end_size(self._fields.mesh, place) > place.distance
+        return (largest > SMOOTH * off and not reaches) or self._changes(key, place, power)
+
+    def _changes(self, key: str, place: Place, power: float) -> bool:
         """Whether stress in the elements that end at a place changes as what grows like r to a
         power does.
 
