@@ -240,10 +240,13 @@ class Samples:
 
     def _apart(self, key: str, place: Array, part: str) -> float:
         """How far elements of the surface that meet at a place differ there, which no refinement
-        elsewhere takes away."""
+        elsewhere takes away; under one load, since a jump of the temperature is one of stress."""
         if not part:
             return 0.0
-        values = getattr(self._fields.on_boundary(*all_at(self._fields.mesh, place, part)), key)
+        x, u, stress = self._fields.boundary.at(*all_at(self._fields.mesh, place, part))
+        moved, added, heat = (each[:1] for each in self._fields.loads.volume_at(x))
+        loads = moved.repeat(len(x), 0), added.repeat(len(x), 0), heat.repeat(len(x), 0)
+        values = getattr(self._fields.whole(x, u, stress, loads), key)
         return float(np.ptp(values)) if len(values) else 0.0
 
     def _climbed(

@@ -12,8 +12,8 @@ from ...given.tables.units import Units
 from ...runtime.terminal import printable
 from ..numbers.number import Number
 
-WIDTH, WIDEST, KEPT = 80, 100, "\xa0"
-"""Of a line, of a line of a table, and a space at which none is broken."""
+WIDTH, KEPT = 80, "\xa0"
+"""Columns of a line, and a space at which none is broken."""
 UNKNOWN, EXACT = 5, 7
 """Digits of a number whose error is not known or round-off, and the most that are shown."""
 POWERS = {"area": 0, "force": 0, "moment": 1, "volume": 1}
@@ -130,15 +130,22 @@ def wrapped(head: str, items: list[str], separator: str = ",", width: int = WIDT
 
 
 def table(columns: dict[str, list[str]]) -> list[str]:
-    """Lines of a table, as many of its columns as are not empty and fit into `WIDEST`.
+    """Lines of a table, of its columns that are not empty; what does not fit beside the others
+    stands below them, with the first column again.
 
     >>> table({"step": ["1 press", "2 pull"], "energy": ["", "0.66"], "slip": ["", ""]})
     ['    step     energy', '    1 press', '    2 pull   0.66']
     """
-    rows = [""] * (1 + max(map(len, columns.values())))
+    first, blocks = list[str](), [[""] * (1 + max(map(len, columns.values())))]
     for heading, cells in columns.items():
         texts = [cell.replace(KEPT, " ") for cell in (heading, *cells)]
-        wide = max(map(len, rows)) + 2 if any(rows) else 4
-        if any(cells) and wide + max(map(len, texts)) <= WIDEST:
-            rows = [f"{row:<{wide}}{text}" for row, text in zip(rows, texts, strict=True)]
-    return [row.rstrip() for row in rows]
+        if not any(cells):
+            continue
+        first = first or [f"    {text}" for text in texts]
+        wide = max(map(len, blocks[-1])) + 2
+        if wide + max(map(len, texts)) > WIDTH and blocks[-1] != first:
+            blocks.append(first)
+            wide = max(map(len, first)) + 2
+        beside = zip(blocks[-1], texts, strict=True)
+        blocks[-1] = [f"{row:<{wide}}{text}" for row, text in beside] if any(blocks[-1]) else first
+    return [row.rstrip() for block in blocks for row in block]
