@@ -145,7 +145,8 @@ class Struct:
         for letter, member in zip(letters, members, strict=True):
             is_number = letter in _NUMBERS
             kinds += {"i": "q", "d": "d"}.get(letter, "P")
-            values.append((member if is_number else _checked(member, letter)) or 0)  # type: ignore[arg-type]
+            value: Any = member if is_number else _checked(member, letter)  # type: ignore[arg-type]
+            values.append(value or 0)
         self._memory = ctypes.create_string_buffer(struct.pack(kinds, *values))
         self.address = ctypes.addressof(self._memory)
 

@@ -10,15 +10,16 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...contact.state import Start
-from ...fields.boundary.places import located, sizes
+from ...fields.boundary.places import all_at, located, sizes
 from ...geometry.arcs import cross
 from ...geometry.charts import Chart, chart_of
+from ...given.conditions import Displacement, Symmetry
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...refinement.panels.bands import LEVELS, banded
 from ...refinement.panels.face_gaps import face_gap, opposite
-from ...refinement.panels.forecast import Forecast, forecast_of
+from ...refinement.panels.forecast import WIDER, Forecast, band_of, forecast_of
 from ...refinement.panels.ridge import Ridge, lowest_sample, ridge_of
 from ...refinement.panels.rings import SHRINK
 from ...refinement.panels.zone import ELONGATED, ContactBand
@@ -27,10 +28,6 @@ from ...results.solution import Solution
 from ..steps.increment import PreparedProblem
 from .known_forces import known_force
 from .surface_errors import TailErrors
-
-WIDER = 1.04
-"""Width and length of a band over those that are expected [-]. With bands 5 % too wide errors of p
-were as with right ones, with bands 5 % too narrow they were 2.5 times as large."""
 
 LEFT = SHRINK / (1.0 - SHRINK)
 """Error of p over its change from a band with one line less between the ridge and the edge [-]. The
@@ -60,7 +57,7 @@ class _Long:
     def is_inside(self, along: Array) -> Mask:
         """Return which places along the ridge are a half-width away from ends where p is
         infinite."""
-        ends = [end for end, sharp in zip(self.band.ends, self.band.sharp, strict=True) if sharp]
+        ends = [end for end, here in zip(self.band.ends, self.band.infinite, strict=True) if here]
         away = [np.abs(along - end) > self.band.widest for end in ends]
         return np.asarray(np.all(away, axis=0) if away else np.full(len(along), True))
 
@@ -185,7 +182,7 @@ class Bands:
             level = min(self.level.get(side.name, self._start - 1) + 1, LEVELS - 1)
             if not forces.get(side.name, 0.0) > 0.0:
                 continue
-            long = self._known(side, forces[side.name])
+            long = self._known(side, forces[side.name], meshes)
             if long is None:
                 continue
             if solution is not None and side.name in self.level:
@@ -232,13 +229,17 @@ class Bands:
         assert long is not None
         return long
 
-    def _known(self, side: PosedInterface, force: float) -> _Long | None:
+    def _known(
+        self, side: PosedInterface, force: float, meshes: Sequence[SurfaceMesh]
+    ) -> _Long | None:
         """Return what is expected of a contact, looked for once; None if it is not long."""
         if side.name not in self._long:
-            self._long[side.name] = self._expected(side, force)
+            self._long[side.name] = self._expected(side, force, meshes)
         return self._long[side.name]
 
-    def _expected(self, side: PosedInterface, force: float) -> _Long | None:
+    def _expected(
+        self, side: PosedInterface, force: float, meshes: Sequence[SurfaceMesh]
+    ) -> _Long | None:
         """Return the contact that a force makes, or None if it is not long or has no ridge."""
         chart, other = self._charts(side, None)
         if chart is None or (side.primary is not None and other is None):
@@ -255,33 +256,31 @@ class Bands:
         if ridge is None or ridge.closed or not ridge.straight:
             return None
         modulus = 1.0 / self._posed.softness(side)
-        forecast = forecast_of(ridge, chart.at(ridge.points), force, modulus)
+        places = chart.at(ridge.points)
+        forecast = forecast_of(ridge, places, force, modulus)
         if not _is_long(forecast):
             return None
         charts = (chart,) if other is None else (chart, other)
-        return _Long(side, charts, ridge, band_of(ridge, forecast))
+        first, last = (self._mirrors(side.body, meshes, x) for x in places[[0, -1]])
+        band = replace(band_of(ridge, forecast), mirrored=(first, last))
+        return _Long(side, charts, ridge, band)
+
+    def _mirrors(self, body: int, meshes: Sequence[SurfaceMesh], x: Array) -> bool:
+        """Return whether a face of a plane of symmetry, or on rollers, ends at a point (3,)."""
+        planes = [
+            part
+            for part, condition in self._posed.bodies[body].conditions[0].items()
+            if isinstance(condition, Symmetry)
+            or (isinstance(condition, Displacement) and condition.free.count(False) == 1)
+        ]
+        there = set(meshes[body].part_names) & set(planes)
+        return any(len(all_at(meshes[body], x, part)[0]) > 0 for part in there)
 
     def _charts(
         self, side: PosedInterface, middle: Array | None
     ) -> tuple[Chart | None, Chart | None]:
         own, *others = [chart_of(self._boundaries[b], part, middle) for b, part in side.ends]
         return own, (others[0] if others else None)
-
-
-def band_of(ridge: Ridge, forecast: Forecast) -> ContactBand:
-    """Return the band of a forecast, slightly wider and, towards ends that are roots, longer."""
-    middle = 0.5 * (forecast.ends[0] + forecast.ends[1])
-    longer = [1.0 if sharp else WIDER for sharp in forecast.sharp]
-    low, high = (
-        float(np.clip(middle + factor * (end - middle), ridge.s[0], ridge.s[-1]))
-        for factor, end in zip(longer, forecast.ends, strict=True)
-    )
-    at = middle + np.where(forecast.s < middle, longer[0], longer[1]) * (forecast.s - middle)
-    s = np.unique(np.concatenate([at, np.linspace(low, high, ridge.pieces), [low, high]]))
-    half, load = (
-        np.sqrt(np.interp(s, at, values**2)) for values in (WIDER * forecast.half, forecast.load)
-    )
-    return ContactBand(*ridge.at(s), s, half, load, (low, high), forecast.sharp)
 
 
 def followed(long: _Long, solution: Solution) -> ContactBand:

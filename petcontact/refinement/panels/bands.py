@@ -139,10 +139,10 @@ def _along(band: ContactBand, level: int, chart: Chart) -> Array:
 def _share(band: ContactBand, a: float, b: float, most: float) -> float | None:
     """Return the share at which a piece of a band is cut, or None where it is short enough."""
     (low, high), length = band.ends, b - a
-    at = a == low, b == high
-    sharp = any(here and is_sharp for here, is_sharp in zip(at, band.sharp, strict=True))
+    at = np.equal((a, b), (low, high)) & ~np.array(band.mirrored)
+    sharp = bool((at & band.sharp).any())
     shortest = 2.0 * FIRST * band.widest
-    if any(at) and length > (0.5 * shortest if sharp else shortest):
+    if at.any() and length > (0.5 * shortest if sharp else shortest):
         share = 1.0 / FRAMES if sharp else SHRINK
         return share if at[0] else 1.0 - share
     rough = length > LONGEST * (high - low) or _missed(band, a, b) > most

@@ -10,7 +10,11 @@ import scipy
 
 from ...arrays import Array
 from .ridge import Ridge
+from .zone import ContactBand
 
+WIDER = 1.04
+"""Width and length of a band over those that are expected [-]. With bands 5 % too wide errors of p
+were as with right ones, with bands 5 % too narrow they were 2.5 times as large."""
 CENTRED = 0.5 / math.sqrt(math.e)
 """Distance from its own axis at which Hertz' pressure acts like a line load, over its half-width
 [-]: the mean logarithm of the distance over the pressure is ln a - ln 2 - 1/2."""
@@ -213,3 +217,19 @@ def from_end(length: float, first: float, most: float, growth: float = GROWTH) -
         ends.append(ends[-1] + min(growth * (ends[-1] - ends[-2]), most))
     at = np.array(ends)
     return np.asarray(at * (length / at[-1]) ** (np.arange(len(at)) / (len(at) - 1)))
+
+
+def band_of(ridge: Ridge, forecast: Forecast) -> ContactBand:
+    """Return the band of a forecast, slightly wider and, towards ends that are roots, longer."""
+    middle = 0.5 * (forecast.ends[0] + forecast.ends[1])
+    longer = [1.0 if sharp else WIDER for sharp in forecast.sharp]
+    low, high = (
+        float(np.clip(middle + factor * (end - middle), ridge.s[0], ridge.s[-1]))
+        for factor, end in zip(longer, forecast.ends, strict=True)
+    )
+    at = middle + np.where(forecast.s < middle, longer[0], longer[1]) * (forecast.s - middle)
+    s = np.unique(np.concatenate([at, np.linspace(low, high, ridge.pieces), [low, high]]))
+    half, load = (
+        np.sqrt(np.interp(s, at, values**2)) for values in (WIDER * forecast.half, forecast.load)
+    )
+    return ContactBand(*ridge.at(s), s, half, load, (low, high), forecast.sharp)

@@ -86,7 +86,9 @@ class ContactBand:
     ends : (float, float)
         Where contact begins and ends along the ridge [length].
     sharp : (bool, bool)
-        Whether p is infinite at these ends; elsewhere it is a root.
+        Whether contact ends there with the face; elsewhere p is a root.
+    mirrored : (bool, bool)
+        Whether the face ends there at a plane of symmetry, beyond which contact goes on.
     """
 
     points: Array
@@ -96,6 +98,13 @@ class ContactBand:
     load: Array
     ends: tuple[float, float]
     sharp: tuple[bool, bool]
+    mirrored: tuple[bool, bool] = (False, False)
+
+    @property
+    def infinite(self) -> tuple[bool, bool]:
+        """Whether p is infinite at the ends."""
+        first, last = zip(self.sharp, self.mirrored, strict=True)
+        return first == (True, False), last == (True, False)
 
     @property
     def straight(self) -> bool:

@@ -1,5 +1,7 @@
 """Bands: the forecast against exact ellipses, ridges and their ends, panels that fill a face."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,9 @@ from petcontact.geometry.round_surfaces import CylinderSurface
 from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
-from petcontact.pipeline.adapt.banded import band_of
 from petcontact.refinement.panels.bands import banded
 from petcontact.refinement.panels.face_gaps import face_gap
-from petcontact.refinement.panels.forecast import forecast_of, hertz_ellipse
+from petcontact.refinement.panels.forecast import band_of, forecast_of, hertz_ellipse
 from petcontact.refinement.panels.ridge import ridge_of
 
 BOX = BoxSurface(np.array([-3.0, -3.0, -6.0]), np.array([3.0, 3.0, 0.0]))
@@ -102,6 +103,20 @@ def test_panels_fill_the_face_once(text, level):
     assert np.all(made.normal[nodes, 2] == 1.0)
     longer = banded(mesh, "top", chart, band_of(ridge, forecast), level)
     assert longer.n_elements == made.n_elements
+
+
+def test_where_a_plane_of_symmetry_ends_a_band_it_is_not_graded():
+    """Contact goes on beyond it, with a pressure that is smooth."""
+    chart, ridge, forecast = expected("(x - 0.3)**2/0.05")
+    band, mesh = band_of(ridge, forecast), box_mesh(BOX, lambda part: 2.0, 1, 1.0)
+    mirrored = replace(band, mirrored=(True, False))
+    assert band.infinite == (True, True) and mirrored.infinite == (False, True)
+    ends = []
+    for each in (band, mirrored, replace(band, mirrored=(True, True))):
+        made = banded(mesh, "top", chart, each, 0)
+        ends.append(made.weight[made.nodes_of("top")].min())
+        assert made.weight[made.nodes_of("top")].sum() == pytest.approx(36.0, rel=1e-12)
+    assert ends[0] == pytest.approx(ends[1], rel=1e-9) and ends[2] > 1.9 * ends[1]
 
 
 def test_panels_of_a_cylinder_lie_on_it():
