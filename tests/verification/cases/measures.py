@@ -17,6 +17,7 @@ from petcontact.refinement.contact_edges import edges
 
 
 def _increment(solution, step):
+    """By its number from 1 on, or back from the last one, which is 0: a step may be divided."""
     return solution.last if step is None else solution.steps[step - 1]
 
 
