@@ -32,8 +32,7 @@ def operators(problem: Problem, number: int = 0) -> BoundaryOperators:
 
 def filled(ops: BoundaryOperators) -> tuple[Array, Array, Array]:
     """A_0 (d n, d n), G_Ct times the traction scale (d n, m k) and the loads (d n, K), by
-    `fill_dense`, as they are integrated."""
-    ops = replace(ops, translated=())
+    `fill_dense`."""
     n, d = ops.mesh.x.shape
     m, k = ops.data.contact_shape
     system = np.empty((n, d, n, d))

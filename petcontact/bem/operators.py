@@ -158,13 +158,17 @@ class BoundaryOperators:
 
     def residual(self, rows: Index, u: Array, traction: Array) -> Array:
         """½u + Hu - Gt of (4.10) at some nodes in increasing order, (len(rows), d) [length], from
-        exact entries: zero for the discrete solution. Where equations are exact for translations,
-        this is so, too."""
-        scaled, axes = traction / self.traction_scale, list(self.translated)
-        left, *translations = self._sums(rows, u, scaled)
-        moved = np.reshape(translations, (len(axes), *left.shape))
-        missed = moved - np.rint(moved)
-        result = np.asarray(np.einsum("arj,ra->rj", missed, u[rows][:, axes]) - left)
+        exact entries: zero for the discrete solution."""
+        scaled, numbers = traction / self.traction_scale, np.arange(len(u) + 1)
+        filler = self._filler.with_data(
+            replace(self._column_data, rhs_first=numbers, rhs_traction=scaled, rhs_displacement=u)
+        )
+        result = np.zeros((len(rows), self.kernel.dim))
+        for first in range(0, len(u), RESIDUAL_NODES):
+            columns = numbers[first : min(first + RESIDUAL_NODES, len(u))]
+            products = np.empty((len(columns), *result.shape))
+            filler.fill(rows, columns, None, products)
+            result -= products.sum(axis=0)
         for node, gain_g, gain_h in self.kernel.corner_columns(
             self.mesh, rows, self.mesh.corner_nodes
         ):
@@ -176,30 +180,6 @@ class BoundaryOperators:
                 result += np.tensordot(
                     gain, np.where(chosen, frame @ vectors, 0.0) @ frame, (1, 0)
                 ).T
-        return result
-
-    def _sums(self, rows: Index, u: Array, scaled: Array) -> Array:
-        """Gt - ½u - Hu at some nodes, and the same of translations, (1 + t, len(rows), d)."""
-        n, d = u.shape
-        # of each node what is there, and translations
-        beside = np.zeros((2, n, 1 + len(self.translated), d))
-        beside[:, :, 0], beside[1, :, 1:] = (scaled, u), np.eye(d)[list(self.translated)]
-        count = beside.shape[2]
-        tractions, displacements = beside.reshape(2, -1, d)
-        filler = self._filler.with_data(
-            replace(
-                self._column_data,
-                rhs_first=count * np.arange(n + 1),
-                rhs_traction=tractions,
-                rhs_displacement=displacements,
-            )
-        )
-        result = np.zeros((count, len(rows), d))
-        for first in range(0, n, RESIDUAL_NODES):
-            columns = np.arange(first, min(first + RESIDUAL_NODES, n))
-            products = np.empty((len(columns) * count, len(rows), d))
-            filler.fill(rows, columns, None, products)
-            result += products.reshape(len(columns), *result.shape).sum(axis=0)
         return result
 
     def split(self, unknowns: Array, shares: Array, sigma: Array) -> tuple[Array, Array]:

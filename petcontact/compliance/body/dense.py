@@ -13,7 +13,7 @@ from ...bem.boundary_data import BoundaryData
 from ...bem.dense_assembly import fill_dense
 from ...bem.operators import BoundaryOperators
 from ...linalg.dense_elimination import Elimination
-from ...linalg.row_layout import even_ranges
+from ...linalg.row_layout import even_ranges, everywhere
 from ...runtime.petsc import stage
 from .conditioning import forward_error, known_solution
 from .eliminated import ElasticBody, gauge
@@ -38,10 +38,10 @@ class DenseBody(ElasticBody):
     compliance: Array
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
-        operators = with_translations(operators)
         super().__init__(operators, modes)
         with stage("assemble"):
             system = DenseRows(operators, modes, comm)
+            self.missed = system.missed
         with stage("factor"):
             self._solved = Elimination(
                 system.system,
@@ -66,7 +66,7 @@ class DenseBody(ElasticBody):
         body = copy.copy(self)
         ElasticBody.__init__(body, replace(self.operators, data=data), self.modes)
         with stage("factor"):
-            rows = DenseRows(body.operators, self.modes, self._comm, loads_only=True)
+            rows = DenseRows(body.operators, self.modes, self._comm, self.missed)
             body._solved = self._solved.with_load(rows.loads)
             body.u_0 = body._at_rest(body._solved.at_rest)
         return body
@@ -89,13 +89,9 @@ class DenseBody(ElasticBody):
         self._solved.close()
 
 
-def with_translations(operators: BoundaryOperators) -> BoundaryOperators:
-    """Return operators whose equations are made exact for the translations of their body."""
-    return replace(operators, translated=operators.mesh.motions.along)
-
-
 class DenseRows:
-    """This rank's rows of the bordered system, its contact columns and its loads.
+    """This rank's rows of the bordered system, its contact columns and its loads. Given what the
+    equations `missed` of translations, which other loads do not change, only the loads are filled.
 
     Equations (4.12), at nodes on Γ_C, and (4.13), at all others, give the rows. A_0 has the columns
     of the unknowns, G_Ct those of the free tractions on Γ_C. The loads follow from known values.
@@ -109,6 +105,8 @@ class DenseRows:
         G_Ct and the loads by columns.
     known : (d n + r,) array
         A known solution, see `conditioning`.
+    missed : (n, d, d) array
+        See `ElasticBody`; of all ranks.
     of_known : (rows,) array
         Right-hand side of the known solution.
     kinds : pair of int arrays, optional
@@ -117,20 +115,24 @@ class DenseRows:
     """
 
     def __init__(
-        self, operators: BoundaryOperators, modes: Array, comm: Any, *, loads_only: bool = False
+        self,
+        operators: BoundaryOperators,
+        modes: Array,
+        comm: Any,
+        missed: Array | None = None,
     ) -> None:
         data, (n, d, r) = operators.data, modes.shape
         rank, ranks = comm.getRank(), comm.getSize()
         nodes = np.arange(*even_ranges(n, ranks)[rank])
         self.size, border = d * n + r, r if rank == ranks - 1 else 0
         inner, rows = d * len(nodes), d * len(nodes) + border
-        if loads_only and not data.displaced.any():
-            operators = replace(operators, translated=())
+        if missed is None:
+            operators = replace(operators, translated=operators.mesh.motions.along)
         self.loads = np.zeros((data.states + len(operators.translated), rows))
         loads = self._inside(self.loads, len(nodes), d)
-        if loads_only:
+        if missed is not None:
+            self.missed = missed
             fill_dense(operators, nodes, None, None, loads)
-            _translate(operators, nodes, None, loads)
         else:
             # every entry of A_0 is written
             self.system = np.zeros((self.size, rows)) if r else np.empty((self.size, rows))
@@ -138,7 +140,10 @@ class DenseRows:
             inside = self.system[: d * n, :inner].reshape(n, d, len(nodes), d)
             contact = self._inside(self.contact, len(nodes), d)
             fill_dense(operators, nodes, inside, contact, loads)  # (4.12), (4.13)
-            _translate(operators, nodes, inside, loads)
+            self.missed = _missed(operators, loads[data.states :], comm)
+            inside[nodes, :, np.arange(len(nodes))] += np.einsum(
+                "rja,rca,rc->rcj", self.missed[nodes], data.frame[nodes], data.traction_known[nodes]
+            )
             own = np.arange(d * n).reshape(n, d)[nodes].ravel()
             self.system[d * n :, :inner] = modes.reshape(d * n, r)[own].T
             if border:
@@ -149,8 +154,9 @@ class DenseRows:
                 self.kinds = self._kinds(n, d, r), self._kinds(len(nodes), d, border)
             self.known = known_solution(self.system, comm)
             self.of_known = self.known @ self.system
-        self.loads = self.loads[: data.states]
-        loads[: data.states] += operators.point_loads.T.reshape(data.states, n, d)[:, nodes]
+        self.loads, loads = self.loads[: data.states], loads[: data.states]
+        loads -= np.einsum("rja,kra->krj", self.missed[nodes], data.displaced[:, nodes])
+        loads += operators.point_loads.T.reshape(data.states, n, d)[:, nodes]
 
     @staticmethod
     def _inside(columns: Array, count: int, d: int) -> Array:
@@ -163,20 +169,14 @@ class DenseRows:
         return np.append(np.tile(np.arange(d), nodes), np.arange(d, d + motions))
 
 
-def _translate(
-    operators: BoundaryOperators, rows: Index, system: Array | None, loads: Array
-) -> None:
-    """Make the equations of some nodes exact for the translations that follow the loads.
+def _missed(operators: BoundaryOperators, moved: Array, comm: Any) -> Array:
+    """Return what ½ + H lacks at all nodes (n, d, d), from the loads (t, rows, d) of translations
+    on this rank's. Collective.
 
     Nodes are rounded. Elements of size h beside a node see it off their line by 1e-16 L/h, L the
     size of the body, and a body that moves by u seems to be strained by 1e-16 L u/h². But ½ + H of
-    a translation is 0, and 1 around an infinite plate. Arguments are those of `fill_dense`.
+    a translation is 0, and 1 around an infinite plate.
     """
-    data, axes = operators.data, list(operators.translated)
-    moved = loads[data.states :]
-    missed = np.zeros((*moved.shape[1:], moved.shape[2]))
-    missed[:, :, axes] = np.moveaxis(moved - np.rint(moved), 0, 2)
-    loads[: data.states] -= np.einsum("rja,kra->krj", missed, data.displaced[:, rows])
-    if system is not None:
-        ways = data.frame[rows] * data.traction_known[rows, :, None]
-        system[rows, :, np.arange(len(rows))] += np.einsum("rja,rca->rcj", missed, ways)
+    own = np.zeros((*moved.shape[1:], moved.shape[2]))
+    own[:, :, list(operators.translated)] = np.moveaxis(moved - np.rint(moved), 0, 2)
+    return everywhere(own, comm)

@@ -48,6 +48,8 @@ class ElasticBody(abc.ABC):
         Whether its equations are solved together with those of contact and of all other bodies.
     digits_lost : float
         Relative error of the elimination for a known solution, or nan if it is not measured [-].
+    missed : (n, d, d) array, optional
+        What is added to ½ + H at each node, so that its equations are exact for translations [-].
     """
 
     u_0: Array
@@ -55,6 +57,7 @@ class ElasticBody(abc.ABC):
     tolerance = 0.0
     is_solved_jointly = False
     digits_lost = np.nan
+    missed: Array | None = None
 
     def __init__(self, operators: BoundaryOperators, modes: Array) -> None:
         self.operators, self.modes = operators, modes
@@ -136,6 +139,8 @@ class ElasticBody(abc.ABC):
             u_p, t_p = np.tensordot(shares, self.data.volume[:2], (0, 1))
             held, traction = held - u_p, traction - t_p
         defect = self.operators.residual(rows, held, traction)
+        if self.missed is not None:
+            defect = defect + np.einsum("rja,ra->rj", self.missed[rows], held[rows])
         if alpha.size:
             defect = (
                 defect

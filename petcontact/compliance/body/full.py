@@ -16,7 +16,7 @@ from ...linalg.dense_matrix import on_memory
 from ...linalg.dense_solver import direct_solver
 from ...runtime.petsc import stage
 from ..contact_compliance import ContactCompliance, MakeSurrogate
-from .dense import DenseRows, with_translations
+from .dense import DenseRows
 from .eliminated import ElasticBody
 
 
@@ -34,10 +34,10 @@ class FullBody(ElasticBody):
     compliance = None
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
-        operators = with_translations(operators)
         super().__init__(operators, modes)
         with stage("assemble"):
             self._rows = DenseRows(operators, modes, comm)
+            self.missed = self._rows.missed
             # the columns that ρ changes are stored, because updates of A(ρ) would lose digits
             self._places = operators.data.contact_unknowns
             self._displacement_columns = self._rows.system[self._places].copy()
