@@ -79,10 +79,10 @@ def _bodies(reader: Statements) -> list[InpBody]:
     """What hangs together by nodes; surfaces that are given by nodes get the faces of these."""
     elements = {number: reader.file.elements[number][1] for number in sorted(reader.file.elements)}
     groups = connected(elements)
-    for surface, nodes in reader.covering.items():
-        for group in groups:
-            faces = boundary_faces(reader.file, group)
-            reader.surfaces[surface] += [f for f, own in faces.items() if nodes.issuperset(own)]
+    if reader.covering:
+        every = [pair for group in groups for pair in boundary_faces(reader.file, group).items()]
+        for surface, nodes in reader.covering.items():
+            reader.surfaces[surface] += [face for face, own in every if nodes.issuperset(own)]
     return [InpBody(reader, group, f"body{number}") for number, group in enumerate(groups, 1)]
 
 

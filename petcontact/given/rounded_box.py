@@ -6,7 +6,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from ..arrays import Array
 from .shapes import Ball, Crossing, Rod, Shape, between
@@ -49,7 +49,7 @@ class RoundedBox(Shape):
 
     def crossing(self, x: Array, ray: Array) -> Crossing:
         """Return where lines through points (m, 3) along unit vectors (m, 3) cross it."""
-        back = Rotation.from_rotvec(self.turn).inv()
+        back = scipy.spatial.transform.Rotation.from_rotvec(self.turn).inv()
         x, ray = back.apply(x - np.array(self.centre)) + np.array(self.centre), back.apply(ray)
         low, high = np.array(self.lower) + self.fillet, np.array(self.upper) - self.fillet
         parts = [

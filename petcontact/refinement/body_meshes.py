@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..geometry.cad.part import CadSurface
 from ..geometry.condensed_surface import CondensedSurface
 from ..geometry.round_surfaces import RoundSurface
-from ..geometry.surface import BoxSurface, FacetSurface
+from ..geometry.surface import Boundary, BoxSurface, FacetSurface
 from ..given.body_data import Body
 from ..given.tables.solver_options import MeshOptions
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -38,7 +38,7 @@ BOX_KEYS = ("element_sizes", "exponent")
 """Keys of `[mesh]` that apply only to boxes."""
 
 
-def mesh_of(body: Body, boundary: Any) -> BoundaryMesh:
+def mesh_of(body: Body, boundary: Boundary) -> BoundaryMesh:
     """Return the mesh of a body from its options, or the default one.
 
     Raises
@@ -49,7 +49,7 @@ def mesh_of(body: Body, boundary: Any) -> BoundaryMesh:
     return _mesh(boundary, body)
 
 
-def resized(body: Body, boundary: Any, doublings: int) -> Body:
+def resized(body: Body, boundary: Boundary, doublings: int) -> Body:
     """Return the body with options for panels that are twice as large, some times.
 
     A negative number makes them smaller. Of surfaces whose file has the panels it is the order that

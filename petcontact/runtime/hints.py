@@ -100,10 +100,13 @@ class Hinted:
         def __getattr__(self, name: str) -> Any:
             if name.startswith("_") or hasattr(type(self), name):  # what a property raises
                 return object.__getattribute__(self, name)
-            names = [own for own in dir(self) if not own.startswith("_")]
-            raise AttributeError(
-                f"{type(self).__name__} has no {name!r}{missing_attribute(name, names)}"
-            )
+            raise no_attribute(self, name)
+
+
+def no_attribute(thing: object, name: str) -> AttributeError:
+    """The error of an attribute that a thing has not, with what is meant by it."""
+    names = [own for own in dir(thing) if not own.startswith("_")]
+    return AttributeError(f"{type(thing).__name__} has no {name!r}{missing_attribute(name, names)}")
 
 
 def missing_attribute(name: str, names: Sequence[str]) -> str:

@@ -87,8 +87,6 @@ EXPLAINED = {
         "plasticity",
         "plastic",
         "hardening",
-        "creep",
-        "viscoelastic",
     ): ("materials are linear elastic; compare the largest von Mises stress with the yield stress"),
     ("creep", "viscoelastic", "relaxation"): "materials are linear elastic, and forget nothing",
     ("hyperelastic", "neo-hooke", "mooney-rivlin", "rubber"): (

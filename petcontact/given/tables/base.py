@@ -17,7 +17,7 @@ import pydantic_core
 from ...arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ...errors import InputError
 from ...runtime.file_kinds import like
-from ...runtime.hints import known_key, missing_attribute
+from ...runtime.hints import known_key, no_attribute
 from ..expressions import parse_expression
 from .frozen import Frozen
 from .mistakes import NAME, one_line, shown
@@ -247,8 +247,7 @@ class Model(Frozen, metaclass=_OneLine):
         def __getattr__(self, name: str) -> Any:
             if name.startswith("_") or hasattr(type(self), name):
                 return super().__getattr__(name)
-            hint = missing_attribute(name, [own for own in dir(self) if not own.startswith("_")])
-            raise AttributeError(f"{type(self).__name__} has no {name!r}{hint}")
+            raise no_attribute(self, name)
 
     @pydantic.model_validator(mode="before")
     @classmethod

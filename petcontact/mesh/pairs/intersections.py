@@ -203,7 +203,7 @@ def _crossings(x: Array, direction: Array, curves: Curves) -> tuple[Array, Array
         t = cross(away, chord) / across
         fraction = cross(away, direction[:, None]) / across
     # the normal of a straight line is its chord turned by -90°
-    facing = direction[:, None, 0] * chord[:, 1] - direction[:, None, 1] * chord[:, 0] < 0.0
+    facing = across < 0.0
     t, fraction = (np.where(facing, values, np.nan) for values in (t, fraction))
     bent = np.flatnonzero(curves.curvature)
     if len(bent):

@@ -93,10 +93,8 @@ def bent_sides(
         ends = [step.pairs[side.name] for step in solution.steps]
         closed = np.any([pair.pressure > 0.0 for pair in ends], axis=0)
         most = max(float(pair.pressure.max(initial=0.0)) for pair in ends)
-        strain, size = (
-            accuracy * most * posed.softness(side),
-            float(np.sqrt(ends[-1].weight[closed].sum())),
-        )
+        strain = accuracy * most * posed.softness(side)
+        size = float(np.sqrt(ends[-1].weight[closed].sum()))
         for b in side.bodies:
             if surface := _curved(posed, b):
                 marked[b] |= bent(meshes[b], surface, ends[-1].x[closed], strain, strain * size)

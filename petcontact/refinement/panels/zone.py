@@ -103,8 +103,7 @@ class ContactBand:
     @property
     def infinite(self) -> tuple[bool, bool]:
         """Whether p is infinite at the ends."""
-        first, last = zip(self.sharp, self.mirrored, strict=True)
-        return first == (True, False), last == (True, False)
+        return self.sharp[0] > self.mirrored[0], self.sharp[1] > self.mirrored[1]
 
     @property
     def straight(self) -> bool:

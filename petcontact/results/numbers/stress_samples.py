@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Array, Mask, shown
+from ...arrays import Array, Index, Mask, shown
 from ...fields.boundary.places import all_at, located, sizes
 from ...fields.stress_state import StressState
 from ...round_off import SUMMED, first_largest
@@ -61,6 +61,7 @@ class Samples:
         self._fields = solution.body_fields(body, step)
         self.places = singular_places(solution, step)[body]
         self._near = dict[Hashable, StressState]()
+        self._rings = dict[tuple[str, Place], float]()
         self.hide_all()
         mesh = self._fields.mesh
         element, boundary = solution.boundary_state(body, step)
@@ -100,7 +101,7 @@ class Samples:
         for place in self.places:
             own = known(self._solution, self._step, place)
             stress = told_at(own, key)
-            elsewhere = max(bound, level(place.away(self._x), place, self._values(key)) - stress)
+            elsewhere = max(bound, self._ring(key, place) - stress)
             # beside a stress without a bound others are not resolved
             sizes_of = [(fit, fit.amplitude("von_mises")) for fit in own]
             hidden = [fit.hides(self._fields.mesh, size, elsewhere) for fit, size in sizes_of]
@@ -122,25 +123,23 @@ class Samples:
     def _grows(self, key: str, place: Place, power: float) -> bool:
         """Whether stress grows towards a place: from the ring about it more than smooth ones do,
         or from mesh to mesh."""
-        near, values = np.isin(self._element, place.elements), self._values(key)
-        if not near.any():
+        rows = np.flatnonzero(np.isin(self._element, place.elements))
+        if not len(rows):
             return True
-        largest = float(values[: len(near)][near].max())
-        off = level(place.away(self._x), place, values)
-        reaches = end_size(self._fields.mesh, place) > place.distance
-        return (largest > SMOOTH * off and not reaches) or self._changes(key, place, power)
+        now, reaches = self._values(key)[rows], end_size(self._fields.mesh, place) > place.distance
+        rises = float(now.max()) > SMOOTH * self._ring(key, place)
+        return (rises and not reaches) or self._changes(key, rows, now, power)
 
-    def _changes(self, key: str, place: Place, power: float) -> bool:
-        """Whether stress in the elements that end at a place changes as what grows like r to a
-        power does.
+    def _changes(self, key: str, rows: Index, now: Array, power: float) -> bool:
+        """Whether stress (n,) at samples of the elements that end at a place changes as what grows
+        like r to a power does.
 
         That changes by 2^-power - 1 where elements are twice as large, as they are on the mesh
         before; half of it counts. Where elements are no smaller than there it is not known.
         """
         coarser, at = self._solution.coarser, (self._step.step, self._step.cycle)
         ends = [each for each in coarser.steps if (each.step, each.cycle) == at] if coarser else []
-        rows = np.flatnonzero(np.isin(self._element, place.elements))
-        if coarser is None or not ends or not len(rows):
+        if coarser is None or not ends:
             return True
         mesh, other = self._fields.mesh, coarser.meshes[self.body]
         element, there = located(other, self._x[rows], within=sizes(other))
@@ -148,14 +147,19 @@ class Samples:
         if (element < 0).any() or (size > SMALLER * sizes(other)[element]).any():
             return True
         before = getattr(coarser.body_fields(self.body, ends[-1]).on_boundary(element, there), key)
-        now = self._values(key)[rows]
         least = 0.5 * (2.0**-power - 1.0) * float(np.abs(now).max())
         return bool(np.abs(now - before).max() > least)
 
     def rings(self, key: str) -> list[tuple[float, Place]]:
         """Return the largest stress at samples about each place, off where it is told."""
-        values = self._values(key)
-        return [(level(place.away(self._x), place, values), place) for place in self.places]
+        return [(self._ring(key, place), place) for place in self.places]
+
+    def _ring(self, key: str, place: Place) -> float:
+        """The largest stress at samples about a place, looked for once."""
+        if (key, place) not in self._rings:
+            values = self._values(key)
+            self._rings[key, place] = level(place.away(self._x), place, values)
+        return self._rings[key, place]
 
     def without_bound(self, name: str, place: Place) -> Number:
         """Return the number that says that a stress has no bound at a place, in no step."""
