@@ -196,10 +196,7 @@ def unbounded_pressure(solution: Solution) -> dict[str, float]:
     return result
 
 
-COLUMNS = (
-    "id",
-    "problem",
-    "variant",
+OUTCOME = (
     "status",
     "published",
     "iterations",
@@ -208,11 +205,9 @@ COLUMNS = (
     "elastic_residual",
     "iterate_seconds",
     "reason",
-    "digest",
-    "keep",
-    "bytes",
-    "sum",
 )
+"""How a case ended: what follows the coordinates in CSV and Parquet, before the quantities."""
+COLUMNS = ("id", "problem", "variant", *OUTCOME, "digest", "keep", "bytes", "sum")
 """What else a row of a sweep has, in its log and in its table."""
 BEGINNINGS = ("force_", "moment", "peak_", "load_factor", "von_mises_", "history_", "worn_")
 """How names of columns begin that not all problems have."""

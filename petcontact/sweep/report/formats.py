@@ -12,23 +12,13 @@ from ...runtime.atomic_write import temporary_name
 from ...runtime.terminal import printable
 from ...runtime.text_table import aligned, as_csv
 from ..published import SOURCE
+from ..quantities import OUTCOME
 from ..store.case_table import CaseTable, plain
 from ..store.columns import texts
 from .pivot import ITERATIONS, Facts, Table, text
 
 LISTED = 100
 """Cases that did not converge that a report names."""
-ORDER = (
-    "status",
-    "published",
-    "iterations",
-    "final_rho",
-    "residual",
-    "elastic_residual",
-    "iterate_seconds",
-    "reason",
-)
-"""What follows the coordinates in CSV and Parquet; then come the quantities."""
 
 
 def counts_line(table: CaseTable) -> str:
@@ -43,7 +33,7 @@ def counts_line(table: CaseTable) -> str:
 def legend(table: CaseTable, quantities: Sequence[str], tables: Sequence[Table] = ()) -> str:
     """A line that says what the cells hold, what they are means over, and what no table shows."""
     if ITERATIONS not in quantities:
-        shown = {"id", *table.coordinates, *ORDER, *quantities}
+        shown = {"id", *table.coordinates, *OUTCOME, *quantities}
         left = [name for name in table.names if name not in shown]
         others = f" Others: {', '.join(left)}; --cells NAME,... shows them." if left else ""
         mean = f"the mean {_over(table, tables)}of the cases that converged."
@@ -120,7 +110,7 @@ def label(name: str, value: Any) -> str:
 
 def user_columns(table: CaseTable) -> dict[str, list[Any]]:
     """Id, coordinates, how the solve ended, quantities; in this order, values as Python's."""
-    first = ["id", *table.coordinates, *ORDER]
+    first = ["id", *table.coordinates, *OUTCOME]
     names = [*first, *(name for name in table.names if name not in first)]
     there = {
         name: plain(table.columns[name]) if name in table.columns else [None] * len(table)
