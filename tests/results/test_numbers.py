@@ -63,6 +63,9 @@ def test_a_maximum_is_that_of_the_function_between_nodes():
     values[mine[len(mine) // 2]] = 0.01
     top, place, best = maximum(mesh, nodes, values)
     assert top > 1.0 and best == element[0] and np.isfinite(place).all()
+    # of a shear that nothing exceeds: nor do polynomials between nodes, nor round-off
+    top, place, _ = maximum(mesh, nodes, values * (1.0 + 1e-7 * np.arange(len(nodes))), 1.0)
+    assert top == 1.0 and np.array_equal(place, mesh.x[nodes[0]])
 
 
 @pytest.mark.parametrize(

@@ -88,16 +88,27 @@ def test_cracks_on_default_meshes_are_within_their_errors(sides, depth, factor):
     assert tip.value[0] == pytest.approx(expected, rel=1e-2)
 
 
-def test_slip_next_to_an_edge_that_sticks_does_not_count():
-    """K of the modes of stick is fitted beyond the slip, and is that of both bodies."""
-    pad = solid("pad", rectangle([-1, 0], [1, 2]), drawn("top", [0.003, -0.01]))
-    block = solid("block", rectangle([-5, -5], [5, 0]), moved("bottom", [0.0, 0.0]))
+def pressed_pad(unit):
+    """A pad that slips next to its edges, its lengths in some unit."""
+    ends = ([-1, 0], [1, 2], [-5, -5], [5, 0])
+    low, high, under, over = ([unit * float(x) for x in end] for end in ends)
+    pad = solid("pad", rectangle(low, high), drawn("top", [0.003, -0.01]))
+    block = solid("block", rectangle(under, over), moved("bottom", [0.0, 0.0]))
     pair = touching("c", "pad.bottom", "block.top", friction_coefficient=0.4)
-    solution = solve(problem(body=[pad, block], contact=[pair]))
+    return solve(problem(body=[pad, block], contact=[pair]))
+
+
+def test_slip_next_to_an_edge_that_sticks_does_not_count():
+    """K of the modes of stick is fitted beyond the slip, and is that of both bodies; which nodes
+    lie there does not depend on units."""
+    solution = pressed_pad(1.0)
     assert all(fit.place.core for fit in fits(solution, solution.last) if fit.place.x[1] == 0.0)
     own, under = (number for number in strengths(solution) if number.name.startswith("K_1"))
     assert {own.of, under.of} == {"pad", "block"}
     assert abs(own.value[0] - under.value[0]) < own.error + under.error < 0.5 * own.value[0]
+    other = strengths(pressed_pad(1e-3))
+    for one, two in zip(strengths(solution), other, strict=True):
+        assert two.value[0] == pytest.approx(1e-3 ** (1.0 - one.exponent) * one.value[0], rel=1e-8)
 
 
 def test_the_energy_that_a_crack_releases():

@@ -90,12 +90,12 @@ class _OfStep:
         pair = self._step.pairs[name]
         closed = pair.state != OPEN
         pressure = np.where(closed, pair.pressure, 0.0)
-        yield self._largest_traction("largest p", name, pressure, "pressure")
+        yield self._largest_traction("largest p", name, pressure, "pressure", np.inf)
         contact = self._contact(name)
         hidden, far, taken, bound = hidden_slip(*contact, self._singular(name))
         q = lengths(pair.sigma_t) * closed
         left = max(0.0, bound - float(q.max()))
-        yield self._largest_traction("largest q", name, q, "shear", left)
+        yield self._largest_traction("largest q", name, q, "shear", pair.bound, left)
         for word, (size, alone) in zip(("contact area", "slipping"), areas(*contact), strict=True):
             left = alone + hidden * (word == "slipping")
             yield self._number(word, name, size, "area", float(pair.weight.sum()), alone=left)
@@ -144,13 +144,13 @@ class _OfStep:
         return self._number(word, of, top, unit, scale, place=place, alone=alone)
 
     def _largest_traction(
-        self, word: str, of: str, values: Array, key: str, alone: float = 0.0
+        self, word: str, of: str, values: Array, key: str, bound: Array | float, alone: float = 0.0
     ) -> Number:
-        """Return the maximum of a traction that may have no bound."""
+        """Return the maximum of a traction that may have no bound, at most what friction allows."""
         near = beside(self._solution, self._step, of, key, values)
         mesh, nodes = self._solution.meshes[self._solution.sides[of][0]], self._solution.nodes[of]
         kept = values if near.endless is not None else np.where(near.hidden, 0.0, values)
-        top, place, _ = maximum(mesh, nodes, kept)
+        top, place, _ = maximum(mesh, nodes, kept, bound)
         if near.endless is None or not top > 0.0:
             return self._number(word, of, top, "stress", place=place, alone=alone)
         return self._number(word, of, top, "stress", place=near.endless, error=np.inf, alone=alone)
@@ -252,17 +252,21 @@ def numbers_of(solution: Evaluated, peaks: bool = True, compared: bool = False) 
     return [*numbers, *(stress_peaks(solution, [each[-1] for each in steps]) if peaks else [])]
 
 
-def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Array, int]:
+def maximum(
+    mesh: BoundaryMesh, nodes: Index, values: Array, bound: Array | float = np.inf
+) -> tuple[float, Array, int]:
     """Return the largest value of a function that is given at nodes, its place and its element.
 
     Elements with nodes at which it is 0 or less are seen at their nodes only: there it has a kink.
+    It is no larger than another one, between nodes, too, where that is finite.
     """
+    values = np.minimum(values, bound)
     k = first_largest(values)
     best = max(float(values[k]), 0.0), mesh.x[nodes[k]], int(mesh.element[nodes[k]])
     if best[0] == 0.0:
         return best
-    whole = np.zeros(mesh.n_nodes)
-    whole[nodes] = np.maximum(values, 0.0)
+    whole, positive = np.zeros((mesh.n_nodes, 2)), np.maximum(values, 0.0)
+    whole[nodes] = np.column_stack([positive, np.where(np.isfinite(bound), bound, positive)])
     element, row = np.unique(mesh.element[nodes], return_inverse=True)
     least, most = np.full(len(element), np.inf), np.zeros(len(element))
     np.minimum.at(least, row, values)
@@ -270,10 +274,11 @@ def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Arr
     usable = (least > 0.0) & (np.diff(mesh.first_node)[element] > 1)
     element, most = element[usable], most[usable]
     for across, count in zip(ACROSS, LOOKED_AT, strict=True):
-        element = element[np.argsort(-most, kind="stable")[:count]]
+        # of equal elements the first, whatever round-off
+        element = element[np.argsort((-most / best[0]).astype(np.float32), kind="stable")[:count]]
         if len(element):
             most, location = _between(mesh, element, whole, across)
-            best = location if location[0] > best[0] else best
+            best = (best, location)[first_largest(np.array([best[0], location[0]]))]
     return best
 
 
@@ -281,7 +286,8 @@ def _between(
     mesh: BoundaryMesh, element: Index, whole: Array, across: int
 ) -> tuple[Array, tuple[float, Array, int]]:
     """Return the largest values on elements (k,), and the largest of all as `maximum` does."""
-    number, at, values = between_nodes(mesh, element, np.linspace(0.0, 1.0, across), whole)
+    number, at, both = between_nodes(mesh, element, np.linspace(0.0, 1.0, across), whole)
+    values = both.min(axis=1)
     j = first_largest(values)
     place = mesh.at(number[j : j + 1], at[j : j + 1])[0][0]
     return values.reshape(len(element), -1).max(axis=1), (float(values[j]), place, int(number[j]))

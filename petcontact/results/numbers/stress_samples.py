@@ -114,7 +114,7 @@ class Samples:
                 near = np.isin(self._element, place.elements)
                 stress = float(values[near].max(initial=0.0)) if near.any() else np.inf
                 # without modes it grows like a logarithm, or a force acts there
-                ends, hidden = stress > bound or not place.expansions, [place.distance]
+                ends, hidden = stress > bound or not place.expansions, [self._reach[place]]
             if ends:
                 endless.append((stress, place))
             self._reach[place] = max(hidden)

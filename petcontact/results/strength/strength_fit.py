@@ -57,16 +57,17 @@ def _on_sides(mesh: BoundaryMesh, place: Place, axes: Array) -> tuple[Index, Arr
     # nodes are of the side that they lie along and whose normal they have
     fits = away @ ways.T / np.maximum(r, np.finfo(float).tiny)[:, None] + mesh.normal @ normals.T
     side, elements = fits.argmax(axis=1), list(place.elements)
+    # which nodes lie on the edge of what is fitted does not depend on round-off
     usable = (
         (fits.max(axis=1) > 1.0)
-        & (max(NEAREST * place.size, place.core) < r)
-        & (width <= place.width)
+        & (max(NEAREST * place.size, place.core) < (1.0 - SINGLE) * r)
+        & (width <= (1.0 + SINGLE) * place.width)
         & np.isin(mesh.part[mesh.element], mesh.part[elements])
         & ~np.isin(mesh.element, elements)
     )
     # on coarse meshes some lie farther away
     enough = np.sort(r[usable & (r < place.size)])[:FEWEST].max(initial=0.0)
-    reach = max(FARTHEST * place.size, float(enough) * (1.0 + SINGLE))
+    reach = (1.0 + SINGLE) * max(FARTHEST * place.size, float(enough))
     nodes = np.flatnonzero(usable & (r < reach))
     return nodes, flat[nodes], place.angle * side[nodes], reach
 
