@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,9 @@ class Expansion:
     modes : tuple of Mode
     regular : tuple of complex
         Exponents of terms whose stress has a bound.
+    polluted : tuple of (complex, (k, n) array)
+        Exponents, negative, and coefficients of fields that satisfy the conditions of both sides:
+        what is wrong at the corner acts farther out like these.
     kappa : float
         3 - 4ν; NaN of displacements across the plane.
     theta : float
@@ -75,6 +78,7 @@ class Expansion:
 
     modes: tuple[Mode, ...] = ()
     regular: tuple[complex, ...] = ()
+    polluted: tuple[tuple[complex, Complex], ...] = ()
     kappa: float = math.nan
     theta: float = 0.0
 
@@ -113,7 +117,8 @@ def corner_expansion(
     [('I', 0.5), ('II', 0.5)]
     """
     theta = 0.5 * angle if first == second else 0.0
-    return _expansion(wedge(angle, kappa, first, second), Expansion((), (), kappa, theta), pressed)
+    blank = Expansion(kappa=kappa, theta=theta)
+    return _expansion(wedge(angle, kappa, first, second), blank, pressed)
 
 
 @functools.lru_cache(maxsize=1024)
@@ -128,17 +133,21 @@ def joint_expansions(
     """Return the fields in both bodies at the edge of their contact, as of `joint`; each has its
     angles from the contact."""
     matrix = joint(angles, kappas, stiffer, friction, beside)
-    first = _expansion(matrix, Expansion((), (), kappas[0]), pressed)
-    other = [
-        # in a mirror, in which the second body lies at positive angles
-        Mode(mode.exponent, mode.coefficients[4:] * [1.0, -1.0, 1.0, -1.0], mode.name)
-        for mode in first.modes
-    ]
-    own = [Mode(mode.exponent, mode.coefficients[:4], mode.name) for mode in first.modes]
-    return (
-        Expansion(tuple(own), first.regular, kappas[0]),
-        Expansion(tuple(other), first.regular, kappas[1]),
+    both = _expansion(matrix, Expansion(kappa=kappas[0]), pressed)
+    # the other one in a mirror, in which it lies at positive angles
+    parts = (slice(0, 4), np.ones(4)), (slice(4, 8), np.array([1.0, -1.0, 1.0, -1.0]))
+    first, other = (
+        replace(
+            both,
+            modes=tuple(
+                replace(mode, coefficients=mode.coefficients[rows] * signs) for mode in both.modes
+            ),
+            polluted=tuple((power, signs[:, None] * found[rows]) for power, found in both.polluted),
+            kappa=kappa,
+        )
+        for (rows, signs), kappa in zip(parts, kappas, strict=True)
     )
+    return first, other
 
 
 @functools.lru_cache(maxsize=1024)
@@ -151,7 +160,8 @@ def shear_expansion(angle: float, first: bool, second: bool) -> Expansion:
     strong = [complex(power) for power in powers if power < STRONG]
     modes = [mode for power in strong for mode in _scaled(blank, power, field, False)]
     regular = tuple(complex(power) for power in powers[len(strong) :])
-    return Expansion(tuple(modes), regular, theta=blank.theta)
+    polluted = tuple((-power, field.T) for power in strong)
+    return Expansion(tuple(modes), regular, polluted, theta=blank.theta)
 
 
 def _expansion(matrix: Matrix, blank: Expansion, pressed: bool) -> Expansion:
@@ -164,7 +174,9 @@ def _expansion(matrix: Matrix, blank: Expansion, pressed: bool) -> Expansion:
         for mode in _scaled(blank, root, null_vectors(matrix, root), pressed)
     ]
     regular = tuple(root for root in roots if root.real >= STRONG)
-    return Expansion(tuple(modes), regular, blank.kappa, blank.theta)
+    negative = exponents(matrix, -STRONG, -NEAR) if modes else []
+    polluted = tuple((root, null_vectors(matrix, root).T) for root in negative)
+    return replace(blank, modes=tuple(modes), regular=regular, polluted=polluted)
 
 
 def _scaled(blank: Expansion, root: complex, found: Complex, pressed: bool) -> list[Mode]:

@@ -80,7 +80,7 @@ def _from_an_open_place(pair: PairResult, order: Index) -> tuple[Index, Array, f
 
 
 def areas(
-    mesh: Any, nodes: Index, pair: PairResult, compliance: float
+    mesh: Any, nodes: Index, pair: PairResult, compliance: float, elements: Sequence[int] = ()
 ) -> list[tuple[float, float]]:
     """Areas, in the plane lengths, of what is closed and of what slips, each with how far it may be
     off on this mesh: what the elements of its edges hold between two nodes [area].
@@ -94,9 +94,11 @@ def areas(
     pair : PairResult
     compliance : float
         2/E* of the pair [1/stress].
+    elements : sequence of int, optional
+        Those at places where stress has no bound. An edge in them does not follow from tractions.
     """
     numbers, row = np.unique(mesh.element[nodes], return_inverse=True)
-    contact = _Contact(nodes, pair, numbers, row, compliance)
+    contact = _Contact(nodes, pair, numbers, row, compliance, np.isin(numbers, elements))
     area = np.bincount(row, pair.weight)
     pressed = _pressed(mesh, contact)
     result = []
@@ -153,14 +155,15 @@ def hidden_slip(
 
 @dataclass(frozen=True)
 class _Contact:
-    """The nodes of a pair, the numbers of their elements and which of these each node has, and the
-    compliance of `areas`."""
+    """The nodes of a pair, the numbers of their elements and which of these each node has, the
+    compliance of `areas`, and which elements are at places where stress has no bound."""
 
     nodes: Index
     pair: PairResult
     numbers: Index
     row: Index
     compliance: float
+    endless: Mask
 
 
 def _pressed(mesh: Any, contact: _Contact) -> Array:
@@ -195,8 +198,13 @@ def _shares(mesh: Any, contact: _Contact, inside: Mask, share: Array) -> tuple[A
     for low, high in zip(cut[:-1][is_inside], cut[1:][is_inside], strict=True):
         found += np.maximum(np.minimum(end, high) - np.maximum(start, low), 0.0)
     whole = ~np.isin(np.arange(len(numbers)), contact.row[~faced])
-    # an edge in an element of one state follows from its tractions, as well as these are known
-    return np.where(whole, found / mesh.length[numbers], share), np.zeros(len(share), dtype=bool)
+    every = np.zeros(mesh.n_elements)
+    every[numbers] = share - 1.0
+    # an edge in an element of one state follows from its tractions, as well as these are known, but
+    # where they have no bound
+    beside = np.minimum(*(every[each[numbers]] for each in mesh.neighbours()))
+    at_edge = contact.endless & (share == 1.0) & (beside == -1.0)
+    return np.where(whole, found / mesh.length[numbers], share), at_edge
 
 
 @_shares.register

@@ -27,8 +27,8 @@ def strengths(solution):
 @pytest.mark.parametrize(("axial", "left"), [(False, -20.0), (True, 0.0)])
 def test_a_flat_punch_without_friction(axial, left):
     """p = P/(π √(a² - x²)) on a half plane, P/(2πa √(a² - r²)) on a half space: K = P/(π √(2a)),
-    P/(2πa √(2a)), and 1/√r. The block is 20 times as wide as the punch: its bounds change K by less
-    than a hundredth. Stress is told at a tenth of the width of the punch from its edge."""
+    P/(2πa √(2a)), and 1/√r. The block is 20 times as wide as the punch: its bounds change K by 2 and
+    0.1 thousandths. Stress is told at a tenth of the width of the punch from its edge."""
     block = solid("block", rectangle([left, -20.0], [20.0, 0.0]), moved("bottom", [0.0, 0.0]))
     punch = {"name": "punch", "displacement": [0.0, "free"], "force": [0.0, -0.01]}
     pair = touching("c", "block.top", "punch", gap="where(abs(x) <= 1, 0, 1)")
@@ -40,7 +40,7 @@ def test_a_flat_punch_without_friction(axial, left):
     for number in edges:
         assert number.exponent == pytest.approx(0.5, abs=1e-9)
         expected = 0.01 / (math.pi * math.sqrt(2.0)) / (2.0 if axial else 1.0)
-        assert number.value[0] == pytest.approx(expected, rel=1e-2)
+        assert number.value[0] == pytest.approx(expected, rel=3e-3)
     found = unbounded_pressure(solution)
     assert found["max_pressure"] == math.inf
     assert found["stress_intensity"] == pytest.approx(expected, rel=1e-2)
@@ -81,11 +81,25 @@ def cracked(depth, mesh=FINE, sides=("ahead",)):
 )
 def test_cracks_on_default_meshes_are_within_their_errors(sides, depth, factor):
     """Of an edge crack by Kaya and Erdogan (1987), of a central one by Isida (1971): elements next
-    to the tip are off by several hundredths and count for as little."""
+    to the tip are off by several hundredths, which is fitted, too."""
     (tip,) = strengths(cracked(depth, {}, sides))
     expected = factor * math.sqrt(depth * math.pi)
     assert abs(tip.value[0] - expected) < tip.error < 5e-2 * expected
-    assert tip.value[0] == pytest.approx(expected, rel=1e-2)
+    assert tip.value[0] == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_notch_of_three_degrees_is_nearly_a_crack():
+    """Its exponent is 1/2 to 1e-6. Errors of the elements at its tip reach as far as the fit."""
+    open_ = 0.5 * math.tan(math.radians(1.5))
+    sides = {"start": (0, -2), "right": (1, -2), "top": (1, 2), "left": (0, 2)}
+    notch = {"up": (0, open_), "low": (0.5, 0), "end": (0, -open_)}
+    ends = drawn("start", [0.0, -1.0]), drawn("top", [0.0, 1.0])
+    solution = solve(problem(body=[solid("strip", polygon(**sides, **notch), *ends)]))
+    first, second = strengths(solution)
+    expected = 2.8246 * math.sqrt(0.5 * math.pi)
+    assert abs(first.value[0] - expected) < first.error
+    assert first.value[0] == pytest.approx(expected, rel=5e-3)
+    assert abs(second.value[0]) < 1e-3 * expected
 
 
 def pressed_pad(unit):

@@ -136,6 +136,8 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         if counted and before is not None and not solution.accuracy.estimates:
             apart = float(np.abs(number.value - before.value).max())
             error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
+        if not np.isnan(number.exponent) and np.isnan(error):
+            error = number.size  # the other mesh is too coarse for a K
         error += _shared(solution, number)
         # what the increments of an energy leave is an error of the path
         alone = _of_slip(solution, number) if number.name == ENERGY else number.alone

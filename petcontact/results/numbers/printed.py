@@ -91,8 +91,8 @@ class _OfStep:
         closed = pair.state != OPEN
         pressure = np.where(closed, pair.pressure, 0.0)
         yield self._largest_traction("largest p", name, pressure, "pressure", np.inf)
-        contact = self._contact(name)
-        hidden, far, taken, bound = hidden_slip(*contact, self._singular(name))
+        contact = *self._contact(name), self._singular(name)
+        hidden, far, taken, bound = hidden_slip(*contact)
         q = lengths(pair.sigma_t) * closed
         left = max(0.0, bound - float(q.max()))
         yield self._largest_traction("largest q", name, q, "shear", pair.bound, left)

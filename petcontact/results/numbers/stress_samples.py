@@ -38,10 +38,6 @@ SHALLOW = 0.5
 of the surface: displacements jump from element to element, and the stress that a jump makes falls
 like 1/r. Below the edge of a pressure of 100 on a bolted plate the first principal one was 390, 88,
 40 and 6 at 0.02, 0.1, 0.2 and 0.5, and 19 is the largest on the surface."""
-DOUBT = 0.1
-"""Spread over K from which on it is looked at whether stress grows at all [-]. Of a clamped plane
-block with ten elements a side it was 0.02, of edges in space at which smooth fields have no K 0.39
-and more."""
 SMALLER = 0.8
 """Size of an element over that on the mesh before, up to which it is refined [-]."""
 SMOOTH = 1.25
@@ -106,8 +102,8 @@ class Samples:
             sizes_of = [(fit, fit.amplitude("von_mises")) for fit in own]
             hidden = [fit.hides(self._fields.mesh, size, elsewhere) for fit, size in sizes_of]
             ends = stress > elsewhere
-            # a K of a few elements may be made by a smooth stress
-            doubt = any(hidden) and all(fit.spread > DOUBT * abs(fit.value) for fit in own)
+            # a K of a few elements that may be 0 may be made by a smooth stress
+            doubt = any(hidden) and all(fit.spread > abs(fit.value) for fit in own)
             if doubt and not self._grows(key, place, min(fit.power for fit in own)):
                 ends, hidden = False, [0.0]
             if not own:  # no more is known than what lies next to it

@@ -1,12 +1,12 @@
 """The fit of displacements and tractions beside a place without a bound.
 
 Displacements u and tractions t at the nodes on both sides of the place, on all elements but those
-that end there, are fitted by fields of its `Expansion`: a translation, the modes, and fields that
-satisfy equilibrium but no condition on the sides, with the exponents of all regular terms, of loads
-(1, 2, 3), and of what curved sides add to the modes (λ + 1, λ + 2). Rows are 2µ u and r t, both
-over r^λ, each weighted by the length of the boundary over r, and by how far the row is expected to
-be off: by what polynomials of its element leave of r^λ, by what is wrong at the place itself, and
-by the terms that are left out.
+that end there, are fitted by fields of its `Expansion`: a translation, the modes, what errors at
+the place add (-λ), and fields that satisfy equilibrium but no condition on the sides, with the
+exponents of all regular terms, of loads (1, 2, 3), and of what curved sides add to the modes
+(λ + 1, λ + 2). Rows are 2µ u and r t, both over r^λ, each weighted by the length of the boundary
+over r, and by how far the row is expected to be off: by what polynomials of its element leave of
+r^λ, by what is wrong at the place itself, and by the terms that are left out.
 """
 
 from __future__ import annotations
@@ -108,6 +108,9 @@ class Sides:
         self._data = np.stack([u, traction * self._r[:, None]], axis=1)
         self._weight = np.sqrt(mesh.measure[nodes] / self._r)
         self._followed = _followed(mesh, nodes, self._r)
+        # around a ring equilibrium is not that of the plane
+        self._around = bool(np.any(mesh.images(place.x[None])[-1] != place.x))
+        self._sides = np.stack([start == 0.0, start > 0.0], axis=1)
         self._free = dict[tuple[int, complex], Array]()  # of all fits
         end = 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
         self._end, self._size = max(end, place.core), place.size
@@ -143,9 +146,10 @@ class Sides:
         """How far rows (n,) are expected to be off, over r^λ, with the least λ of the modes and the
         least exponent that is left out [-].
 
-        What the elements at the place miss, or its core does otherwise, acts farther out like r^-λ.
+        What the elements at the place miss, or its core does otherwise, acts farther out like
+        r^-1, where the terms of that with smaller exponents are fitted.
         """
-        polluted = (self._end / self._r) ** (2.0 * least)
+        polluted = (self._end / self._r) ** (least + 1.0)
         return np.asarray(self._followed + polluted + (self._r / self._size) ** (left_out - least))
 
     def _terms(self, expansion: Expansion, most: float) -> tuple[Array, float]:
@@ -158,15 +162,15 @@ class Sides:
         still = np.zeros((len(self._r), 2, expansion.components, expansion.components))
         still[:, 0] = self._turn if expansion.components == 2 else 1.0
         columns.append(still)
-        free = np.eye(2 * expansion.components, dtype=np.complex128)
-        left_out = REGULAR
-        for power in self._powers(expansion):
+        left_out, powers = REGULAR, self._powers(expansion)
+        free = [(power, None) for power in powers]
+        for power, coefficients in (*free[:1], *expansion.polluted, *free[1:]):
             key = expansion.components, power
             if key not in self._free:
-                self._free[key] = self._columns(expansion, power, free)
+                self._free[key] = self._columns(expansion, power, coefficients)
             more = self._free[key]
             if sum(each.shape[-1] for each in (*columns, more)) > most:
-                left_out = power.real
+                left_out = max(power, powers[0], key=lambda each: each.real).real
                 break
             columns.append(more)
         return np.concatenate(columns, axis=-1), left_out
@@ -181,10 +185,15 @@ class Sides:
                 kept.append(power)
         return kept
 
-    def _columns(self, expansion: Expansion, power: complex, coefficients: Complex) -> Array:
-        """Displacement and traction times r, (n, 2, c, k), of fields with an exponent."""
-        rows = expansion.rows(power, self._theta) @ coefficients
-        rows *= ((self._r / self._unit) ** power)[:, None, None]
+    def _columns(self, expansion: Expansion, power: complex, fields: Complex | None) -> Array:
+        """Displacement and traction times r, (n, 2, c, k), of fields with an exponent: in the plane
+        by default of all in equilibrium, around a ring of whatever they are on either side."""
+        grows, count = (self._r / self._unit) ** power, 2 * expansion.components
+        if fields is None and self._around:
+            each = np.einsum("n,ns,ij->nisj", np.abs(grows), self._sides, np.eye(count))
+            return np.reshape(each, (len(grows), 2, expansion.components, 2 * count))
+        rows = expansion.rows(power, self._theta) @ (np.eye(count) if fields is None else fields)
+        rows *= grows[:, None, None]
         radial, around = self._normal[:, 0, None], self._normal[:, 1, None]
         if expansion.components == 2:
             u = rows[:, :2]
