@@ -187,7 +187,8 @@ class RoundedPolygon(Profile):
         offset = x[:, None] - centre
         along = np.einsum("mkc,mc->mk", offset, ray)
         off = cross(offset, ray[:, None])
-        half = np.sqrt(np.where(np.abs(off * bend) <= 1.0, 1.0 / bend**2 - off**2, np.nan))
+        square = np.maximum(1.0 / bend**2 - off**2, 0.0)  # of a tangent it is round-off
+        half = np.sqrt(np.where(np.abs(off * bend) <= 1.0, square, np.nan))
         t = way * half - along
         at = offset + t[..., None] * ray[:, None]
         turned = np.einsum("mkc,kc->mk", at, middle) * np.abs(bend)

@@ -17,6 +17,7 @@ import numpy as np
 
 from petcontact import Problem, Solution
 from petcontact.errors import PetcontactError
+from petcontact.pipeline.adapt.budget import Reached
 from petcontact.pipeline.adapt.difference import difference as traction_difference
 from petcontact.pipeline.adapt.loop import AdaptiveSolve, strategy_for
 from petcontact.pipeline.adapt.slip_ladder import contact_lines
@@ -66,25 +67,23 @@ class Climb:
     @staticmethod
     def to(case: Problem, accuracy: float) -> Climb:
         """Until the estimate meets an accuracy."""
-        work = AdaptiveSolve(case, petsc().COMM_WORLD, None, None)
-        strategy, mark, began = work.strategy, work.strategy.mark, time.process_time()
-        shown: list[tuple[Solution, float, float]] = []
+        began, shown = time.process_time(), list[tuple[Solution, float, float]]()
 
-        def recorded(solution: Solution, level: Any) -> bool:
-            again = mark(solution, level)
-            vague = again or work.solver.missed > 0.0
-            estimate = math.inf if vague else strategy.estimate
-            shown.append((solution, estimate, time.process_time() - began))
-            return again
+        def reached(mesh: Reached) -> None:
+            vague = work.missed > 0.0
+            estimate = math.inf if vague else mesh.estimate
+            shown.append((mesh.solution, estimate, time.process_time() - began))
 
-        strategy.mark = recorded  # type: ignore[method-assign]
+        work = AdaptiveSolve(case, petsc().COMM_WORLD, accuracy, (None, None, reached))
         try:
-            reason = work.climb(accuracy)
+            work.climb()
+            reason = work.trouble
         except PetcontactError as error:
             reason = str(error)
         if work.solutions and work.solutions[-1].status != "converged":
             reason = work.solutions[-1].reason
-        return Climb(strategy.levels, shown, reason, time.process_time() - began)
+        levels = getattr(work.strategy, "levels", None)
+        return Climb(levels, shown, reason, time.process_time() - began)
 
 
 Draw = Callable[[int, int], Problem]
@@ -107,9 +106,8 @@ def solved(
     best, known, _ = finest.shown[-1]
     result = []
     for accuracy in accuracies:
-        strategy = strategy_for(case.posed)
-        strategy.wanted = accuracy
-        shown = finest.shown if strategy.levels == finest.levels else Climb.to(case, accuracy).shown
+        levels = getattr(strategy_for(case.posed, accuracy), "levels", None)
+        shown = finest.shown if levels == finest.levels else Climb.to(case, accuracy).shown
         solution, estimate, seconds = next((row for row in shown if row[1] <= accuracy), shown[-1])
         # what the last mesh alone reaches has nothing better to be compared with
         true = math.nan

@@ -15,7 +15,6 @@ from petcontact import adapt, solve
 from petcontact.pipeline.adapt import budget, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
-from petcontact.pipeline.pose.body_parts import body_alone
 
 
 def hertz():
@@ -121,6 +120,5 @@ def test_first_panels_of_a_body_that_bends_have_order_two(length, height, held, 
     pair = touching("c", "beam.top", "ball", gap=f"((x-{0.9 * length})**2 + y**2)/20")
     ball = {"name": "ball", "displacement": [0, 0, -0.2]}
     posed = problem(body=[beam], obstacle=[ball], contact=[pair])
-    (surface,) = posed.boundaries
-    body = body_alone(posed.posed, 0, surface)
-    assert set(FirstMeshes(posed.posed).mesh(0, body, surface, 4000).order) == {order}
+    (mesh,) = FirstMeshes(posed.posed, 4000).meshes
+    assert set(mesh.order) == {order}

@@ -45,11 +45,11 @@ def test_a_mesh_that_none_follows_is_compared_with_half_as_many_elements(known, 
     """Or the verdict says in its first line that the error is not known, and why."""
     once, levels = LevelSolver._once, []
 
-    def first_only(self, strategy, level, last):
-        levels.append(level)
+    def first_only(self, meshes, last, error):
+        levels.append(meshes.level)
         if len(levels) > 1:
             raise SolverError("iterate", "no second mesh", "no advice")
-        return once(self, strategy, level, last)
+        return once(self, meshes, last, error)
 
     def refused(*args):
         raise PetcontactError("no coarser mesh")

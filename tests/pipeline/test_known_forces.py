@@ -7,7 +7,6 @@ from shapes import drawn, moved, problem, solid, touching
 
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.pipeline.adapt.known_forces import known_force
-from petcontact.pipeline.pose.body_parts import body_alone
 
 
 def block(low: float) -> dict:
@@ -41,12 +40,7 @@ def test_what_a_body_hands_on(conditions, more, force, turned):
     posed = problem(
         body=bodies, contact=[touching("pair", *sides), *([FIT] if rams else [])], **rams
     ).posed
-    first = FirstMeshes(posed)
-    meshes = [
-        first.mesh(b, body_alone(posed, b, each), each, 4000)
-        for b, each in enumerate(posed.boundaries)
-    ]
-    found = known_force(posed, posed.interfaces[0], meshes)
+    found = known_force(posed, posed.interfaces[0], FirstMeshes(posed, 4000).meshes)
     assert found is None if force is None else found == pytest.approx(force)
 
 
@@ -57,9 +51,7 @@ def test_a_floor_carries_what_presses_a_body_on_it():
     posed = problem(
         body=[solid("ring", block(1.0))], obstacle=[{"name": "floor"}, lid], contact=pairs
     ).posed
-    mesh = FirstMeshes(posed).mesh(
-        0, body_alone(posed, 0, posed.boundaries[0]), posed.boundaries[0], 4000
-    )
-    assert [known_force(posed, side, [mesh]) for side in posed.interfaces] == pytest.approx(
+    meshes = FirstMeshes(posed, 4000).meshes
+    assert [known_force(posed, side, meshes) for side in posed.interfaces] == pytest.approx(
         [4.0, 4.0]
     )

@@ -14,7 +14,7 @@ from ...results.solution import Solution
 from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
 from ..eliminate import Announce
 from ..steps.increment import Monitor
-from .strategy import Strategy
+from .strategy import Wanted
 
 
 @dataclass(frozen=True)
@@ -81,8 +81,7 @@ def beyond_budget(
     posed: Posed,
     meshes: Sequence[BoundaryMesh],
     counts: tuple[int, int],
-    wanted: float,
-    asked: bool,
+    wanted: Wanted,
     faces: int = 0,
 ) -> str:
     """Return a sentence if solves on the meshes exceed the budget or the memory, else "".
@@ -92,13 +91,13 @@ def beyond_budget(
     """
     bem = resolved_bem(suitable_bem(posed, meshes))
     bodies = max(len(meshes), 2 * faces)
-    budget = budget_of(bodies, asked)
+    budget = budget_of(bodies, wanted.asked)
     nodes = sum(mesh.n_nodes for mesh in meshes)
     seconds = solve_seconds(bem, meshes, *counts)
     if nodes > budget.nodes or seconds > budget.seconds:
-        goes_on = f"--accuracy {wanted:g} goes on, to at most {budget_of(bodies, True)}"
-        more = "a [mesh] of your own may have more" if asked else goes_on
-        kind = "" if asked else " where no accuracy is named"
+        goes_on = f"--accuracy {wanted.accuracy:g} goes on, to at most {budget_of(bodies, True)}"
+        more = "a [mesh] of your own may have more" if wanted.asked else goes_on
+        kind = "" if wanted.asked else " where no accuracy is named"
         return (
             f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is "
             f"{budget}; {more}"
@@ -111,24 +110,22 @@ def beyond_budget(
 
 
 def short_of(
-    estimate: float, accuracy: float, trouble: str, strategy: Strategy, differ: str
+    error: float, wanted: Wanted, trouble: str, differences: Sequence[float], differ: str
 ) -> str:
     """Return the sentence with the estimate, the wanted accuracy and why the solve ended.
 
     `differ` says where the last two meshes differ most, if that is known.
     """
-    if trouble and strategy.asked and not strategy.exhausted:
-        return trouble
     reached = (
-        f"the error is estimated to be {estimate:.2g}"
-        if math.isfinite(estimate)
+        f"the error is estimated to be {error:.2g}"
+        if math.isfinite(error)
         else "the error is not known"
     )
     where = trouble or "on the finest mesh"
-    if growing(strategy.differences):
+    if growing([*differences]):
         where += (
             "; the differences of the meshes grow: "
-            f"{', '.join(f'{d:.1e}' for d in strategy.differences[-3:])}"
+            f"{', '.join(f'{d:.1e}' for d in differences[-3:])}"
         )
     where += f"; {differ}" if differ else ""
-    return f"{reached}, {accuracy:g} was wanted: {where}"
+    return f"{reached}, {wanted.accuracy:g} was wanted: {where}"

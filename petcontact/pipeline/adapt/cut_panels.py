@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,48 +24,58 @@ from ...results.solution import Solution
 from ..judge.first_panels import bent_sides
 from .budget import beyond_budget
 from .first_mesh import FirstMeshes, slender
+from .strategy import Wanted
 
 
-class CutPanels:
-    """What an adaptive strategy in space knows about meshes that are cut.
+class Seen(NamedTuple):
+    """What solves have shown that the cost and the panels of finer meshes depend on.
 
     Attributes
     ----------
-    accuracy : float
-        Default of the wanted accuracy [-].
-    wanted : float
-        The wanted accuracy [-].
-    asked : bool
-        Whether the user named it, which raises the budget.
+    last : Solution or None
+        The last accepted solution.
+    increments, motions : int
+        Numbers of increments, and of motions that only contact holds.
     """
 
-    accuracy = 2e-2
+    last: Solution | None = None
+    increments: int = 1
+    motions: int = 0
 
-    def __init__(self, posed: Posed) -> None:
-        self.wanted, self.asked = self.accuracy, False
-        self._posed, self._sides = posed, posed.interfaces
-        self._motions, self._refused = 0, ""
-        self._last: Solution | None = None
-        self._first = FirstMeshes(posed)
+
+class PanelCuts:
+    """Cuts panels of all bodies of a problem together with those that they need.
+
+    Parameters
+    ----------
+    posed : Posed
+    first : FirstMeshes
+        The first meshes, which say what bodies are thin.
+    wanted : Wanted
+        The wanted accuracy, which gives the budget.
+    """
+
+    def __init__(self, posed: Posed, first: FirstMeshes, wanted: Wanted) -> None:
+        self._posed, self._sides, self._first = posed, posed.interfaces, first
+        self._wanted = wanted
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
-    def _completed(
-        self, meshes: list[SurfaceMesh], solution: Solution | None, faces: int = 0
-    ) -> list[SurfaceMesh]:
-        """Return meshes whose panels off the contact fit those in it, or none beyond the budget.
+    def completed(
+        self, meshes: list[SurfaceMesh], seen: Seen, faces: int = 0
+    ) -> tuple[list[SurfaceMesh], str]:
+        """Return meshes whose panels off the contact fit those in it, and why they exceed the
+        budget, or "".
 
         Each of the `faces` that bands follow has the budget of a pair.
         """
         count = 0
         while count < (count := sum(mesh.n_elements for mesh in meshes)):
-            meshes = self._cut(
-                meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-            )[0]
-        self._refused = self._too_much(solution, meshes, faces)
-        return [] if self._refused else meshes
+            nothing = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
+            meshes = self.cut(meshes, nothing, seen)[0]
+        return meshes, self.too_much(meshes, seen, faces)
 
-    def _cut(
-        self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]
+    def cut(
+        self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask], seen: Seen
     ) -> tuple[list[SurfaceMesh], list[Index]]:
         """Return meshes cut along marked coordinates, and the number of each panel's parent.
 
@@ -74,7 +85,7 @@ class CutPanels:
         marked = [
             mask | too_large(mesh, contact)
             for mask, mesh, contact in zip(
-                self._with_opposite(meshes, marked), meshes, self._touching(meshes), strict=True
+                self._with_opposite(meshes, marked), meshes, self.touching(meshes), strict=True
             )
         ]
         for thin, multiple in self._first.thin.items():
@@ -84,13 +95,11 @@ class CutPanels:
             for mesh, mask, surface in zip(meshes, marked, self._posed.boundaries, strict=True)
         ]
         parent = [parents(mesh, mask) for mesh, mask in zip(meshes, marked, strict=True)]
-        more = bent_sides(self._posed, self._last, finer, self.wanted) if self._last else []
-        if (
-            any(mask.any() for mask in more)
-            and self._last is not None
-            and not self._too_much(self._last, finer)
-        ):
-            finer, number = self._cut(finer, more)
+        if seen.last is None:
+            return finer, parent
+        more = bent_sides(self._posed, seen.last, finer, self._wanted.accuracy)
+        if any(mask.any() for mask in more) and not self.too_much(finer, seen):
+            finer, number = self.cut(finer, more, seen)
             parent = [old[new] for old, new in zip(parent, number, strict=True)]
         return finer, parent
 
@@ -101,7 +110,7 @@ class CutPanels:
         for side in self._sides:
             if side.primary is not None and marked[side.body].any():
                 b = side.primary[0]
-                own, opposite = self._facing(side, meshes)
+                own, opposite = self.facing(side, meshes)
                 axis = matched(vectors[side.body][own], vectors[b][opposite])
                 length = np.take_along_axis(lengths[b][opposite], axis, axis=1)
                 halves = 0.5 * lengths[side.body][own]
@@ -109,7 +118,7 @@ class CutPanels:
                 marked[b][opposite[k], axis[k, a]] = True
         return marked
 
-    def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
+    def touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
         """Return which elements of each body are in a contact part, or face such elements."""
         touching = [np.zeros(mesh.n_elements, dtype=bool) for mesh in meshes]
         for side in self._sides:
@@ -117,10 +126,10 @@ class CutPanels:
             touching[side.body] |= mesh.part == mesh.part_names.index(side.part)
             if side.primary is not None:
                 b = side.primary[0]
-                touching[b][self._facing(side, meshes)[1]] = True
+                touching[b][self.facing(side, meshes)[1]] = True
         return touching
 
-    def _facing(self, side: PosedInterface, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
+    def facing(self, side: PosedInterface, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
         """Return `facing` of an interface, computed once for the same panels of any order."""
         assert side.primary is not None
         b, part = side.primary
@@ -141,7 +150,7 @@ class CutPanels:
             for side in self._sides
         ]
 
-    def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
+    def at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
         """Return the marks of secondaries along coordinates in which panels of boxes end at a rim,
         or at an edge that presses, and are long."""
         result = [np.zeros_like(mask) for mask in marked]
@@ -153,9 +162,7 @@ class CutPanels:
             result[side.body] |= marked[side.body] & long & at_edges(outline, mesh, edges)
         return result
 
-    def _too_much(
-        self, solution: Solution | None, meshes: Sequence[BoundaryMesh], faces: int = 0
-    ) -> str:
-        increments = len(solution.steps) if solution is not None else 1
-        counts = increments, self._motions
-        return beyond_budget(self._posed, meshes, counts, self.wanted, self.asked, faces)
+    def too_much(self, meshes: Sequence[BoundaryMesh], seen: Seen, faces: int = 0) -> str:
+        """Return why solves on meshes exceed the budget, or ""."""
+        counts = seen.increments, seen.motions
+        return beyond_budget(self._posed, meshes, counts, self._wanted, faces)

@@ -1,14 +1,14 @@
-"""The first mesh of a body in space.
+"""The first meshes of bodies in space.
 
-It has the user's options, or panels that are small enough for contact and for bending.
+They have the user's options, or panels that are small enough for contact and for bending.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,62 +39,73 @@ MULTIPLES = (1.0, 1.5, 2.0, 2.5)
 beyond the last one, bending is not solved at all."""
 
 
+class _First(NamedTuple):
+    """The first mesh of a body, the one before thin panels are cut, and the entry of `MULTIPLES`
+    that limits its panels; 0 for none."""
+
+    mesh: SurfaceMesh
+    plain: SurfaceMesh
+    thin: float = 0.0
+
+
+@dataclass(frozen=True)
 class FirstMeshes:
     """The first meshes of the bodies of a problem.
 
     Attributes
     ----------
-    plain : dict of SurfaceMesh by the number of a body
-        Meshes from the options, before panels are cut.
-    thin : dict of float
-        For each body whose panels are limited by its thickness: its entry of `MULTIPLES`
-        (`slender`).
+    posed : Posed
+    nodes : float
+        About how many nodes a thin body may have.
     """
 
-    def __init__(self, posed: Posed) -> None:
-        self._posed = posed
-        self._soft = [
-            (side, side.primary)
-            for side in posed.interfaces
-            if side.primary is not None and self._presses(side.body, side.primary[0])
-        ]
-        self._all: list[SurfaceMesh] = []
-        self.plain, self.thin = dict[int, SurfaceMesh](), dict[int, float]()
+    posed: Posed
+    nodes: float
 
-    def mesh(self, number: int, posed: Body, boundary: Boundary, nodes: float) -> SurfaceMesh:
-        """Return the first mesh of a body; a thin body may have about `nodes` nodes."""
-        if not self._soft:
-            return self._own(number, posed, boundary, nodes)
-        self._all = self._all or self._of_all(nodes)
-        return self._all[number]
-
-    def _own(self, number: int, given: Body, boundary: Boundary, nodes: float) -> SurfaceMesh:
-        posed = first_options(given, boundary, bilateral=self._posed.holds_normals)
-        mesh = as_surface(mesh_of(posed, boundary))
-        if given.mesh.automatic and bends(mesh, given):
-            posed = replace(posed, mesh=posed.mesh.model_copy(update={"order": 2}))
-            mesh = as_surface(mesh_of(posed, boundary))
-        if given.mesh.automatic:
-            mesh = with_data_lines(boundary, given, mesh)
-        self.plain[number] = mesh
-        if boundary.exact and boundary.known and given.mesh.automatic:
-            mesh, self.thin[number] = thick_enough(posed, boundary, mesh, nodes)
-        return mesh
-
-    def _of_all(self, nodes: float) -> list[SurfaceMesh]:
-        """Return the first meshes of all bodies, with soft primaries refined for their stiff
-        secondaries."""
-        outlines = self._posed.boundaries
-        meshes = [
-            self._own(b, body_alone(self._posed, b, outline), outline, nodes)
-            for b, outline in enumerate(outlines)
-        ]
-        for side, (b, part) in self._soft:
+    @functools.cached_property
+    def meshes(self) -> list[SurfaceMesh]:
+        """The first meshes, with soft primaries refined for their stiff secondaries."""
+        meshes = [own.mesh for own in self._own]
+        for side in self.posed.interfaces:
+            if side.primary is None or not self._presses(side.body, side.primary[0]):
+                continue
+            (b, part), outlines = side.primary, self.posed.boundaries
             if outlines[b].has_inside:
                 meshes[b] = fine_enough(
                     (meshes[side.body], side.part), (meshes[b], part), side.direction, outlines[b]
                 )
         return meshes
+
+    @property
+    def plain(self) -> list[SurfaceMesh]:
+        """The meshes from the options of the bodies, before panels are cut."""
+        return [own.plain for own in self._own]
+
+    @property
+    def thin(self) -> dict[int, float]:
+        """The entry of `MULTIPLES` of each body whose panels are limited by its thickness
+        (`slender`)."""
+        return {b: own.thin for b, own in enumerate(self._own) if own.thin}
+
+    @functools.cached_property
+    def _own(self) -> list[_First]:
+        return list(map(self._first, range(len(self.posed.bodies))))
+
+    def _first(self, number: int) -> _First:
+        boundary = self.posed.boundaries[number]
+        given = body_alone(self.posed, number, boundary)
+        body = first_options(given, boundary, bilateral=self.posed.holds_normals)
+        mesh = as_surface(mesh_of(body, boundary))
+        if not given.mesh.automatic:
+            return _First(mesh, mesh)
+        if bends(mesh, given):
+            body = replace(body, mesh=body.mesh.model_copy(update={"order": 2}))
+            mesh = as_surface(mesh_of(body, boundary))
+        mesh = with_data_lines(boundary, given, mesh)
+        if not (boundary.exact and boundary.known):
+            return _First(mesh, mesh)
+        thick, multiple = thick_enough(body, boundary, mesh, self.nodes)
+        return _First(thick, mesh, multiple)
 
     def _presses(self, secondary: int, primary: int) -> bool:
         """Return whether a secondary presses on a softer primary whose mesh the user did not
@@ -102,7 +113,7 @@ class FirstMeshes:
 
         The primary's panels are then at most `LONGER` times as long as the opposite ones.
         """
-        stiff, soft = (self._posed.bodies[b] for b in (secondary, primary))
+        stiff, soft = (self.posed.bodies[b] for b in (secondary, primary))
         return stiff.material.young_modulus > soft.material.young_modulus and soft.mesh.automatic
 
 

@@ -8,9 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from ...errors import InaccurateOperator
-from ...geometry.surface import Boundary
-from ...given.body_data import Body
-from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...results.records import StepResult
 from ...results.solution import Solution
@@ -19,13 +16,13 @@ from ...runtime.signals import answering
 from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..eliminate import Announce
 from ..judge.thickness import compactness
-from ..pose.discretise import Discrete, MeshMaker, discretise
+from ..pose.discretise import Discrete, discretise
 from ..run import prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.step_loop import known_factors
 from .budget import says_something
 from .fixed_mesh import FEW, MOST_ITERATIONS, by_newton
-from .strategy import Strategy
+from .strategy import M, Meshes, Tried
 
 TIGHTER = 0.25
 """Factor on the compression tolerance after a solution that is not accurate enough [-]."""
@@ -42,8 +39,6 @@ class LevelSolver:
         The problem on the last mesh.
     kept : PreparedProblem or None
         The prepared problem of the last solution that was kept.
-    missed : float
-        Share of the given data that the last mesh misses beyond what is accepted, or 0 [-].
     """
 
     def __init__(
@@ -57,7 +52,6 @@ class LevelSolver:
         self.problem = by_newton(problem)
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
         self.discrete: Discrete | None = None
-        self.missed = 0.0
         self._aimed = self._tolerance = math.nan
         self._tried: PreparedProblem | None = None
         self.kept: PreparedProblem | None = None
@@ -77,9 +71,9 @@ class LevelSolver:
         for problem in filter(None, (self._tried, self.kept)):
             problem.close()
 
-    def solved(self, strategy: Strategy, level: Any, last: Solution | None) -> Solution:
-        """Return the solution on the meshes of a level; `last` is the solution on the meshes
-        before.
+    def solved(self, meshes: Meshes[M], last: Solution | None, error: float) -> Tried[M]:
+        """Return the solve on meshes; `last` is the solution on the meshes before, with its
+        estimated error.
 
         The tolerance of compressed operators is smaller for bodies that bend. The solve is repeated
         with a smaller one while they are too inaccurate.
@@ -90,60 +84,48 @@ class LevelSolver:
         while True:
             may_be_tighter = self._tolerance > TIGHTEST
             try:
-                solution = self._once(strategy, level, last)
+                tried = self._once(meshes, last, error)
             except InaccurateOperator:
                 if not may_be_tighter:
                     raise
             else:
-                if self.discrete is not None and _is_large(self.discrete):
+                if _is_large(tried.discrete):
                     release_memory()
-                if not (
-                    may_be_tighter
-                    and solution.failed is not None
-                    and self._is_too_loose(solution.failed)
-                ):
-                    return solution
+                failed = tried.solution.failed
+                if not (may_be_tighter and failed and self._is_too_loose(tried.discrete, failed)):
+                    return tried
             self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
 
-    def _is_too_loose(self, failed: StepResult) -> bool:
+    def _is_too_loose(self, discrete: Discrete, failed: StepResult) -> bool:
         """Return whether an increment failed because of the compression tolerance."""
-        compressed = self.discrete is not None and has_compressed(
-            self.discrete.posed.bem, self.discrete.meshes
-        )
         return (
-            compressed
+            has_compressed(discrete.posed.bem, discrete.meshes)
             and failed.status == "failed"
             and failed.residuals.get("elastic", 0.0) > self._tolerance
         )
 
-    def _once(self, strategy: Strategy, level: Any, last: Solution | None) -> Solution:
-        """Return the solution on the meshes of a level, with the current tolerance."""
-        self.missed = 0.0
+    def _once(self, meshes: Meshes[M], last: Solution | None, error: float) -> Tried[M]:
+        """Return the solve on meshes, with the current tolerance."""
         self._release()
-
-        def make(number: int, posed: Body, boundary: Boundary) -> BoundaryMesh:
-            made = strategy.refine(number, posed, boundary, level)
-            self.missed = max(self.missed, made.missed)
-            mesh: BoundaryMesh = made.mesh
-            return mesh
-
         with answering(self._comm):
-            self.discrete, self._tried = self._prepared(make, last)
-        problem = replace(self._tried, start=strategy.start(self._tried))
+            self.discrete, self._tried = self._prepared(meshes, last)
+        problem = replace(self._tried, start=meshes.start(self._tried))
         if last is not None:
-            factors = known_factors(last) if says_something(strategy.estimate) else {}
+            factors = known_factors(last) if says_something(error) else {}
             # once: each try that fails costs as much as the whole mesh
             problem = replace(problem, factors=factors, halvings=1)
         self._tried = problem
         solution = unreported(problem, self._monitor)
         if _is_large(self.discrete):
             solution = reported(problem, solution)
-        return replace(solution, problem=self.problem)
+        return Tried(meshes, self.discrete, replace(solution, problem=self.problem))
 
-    def _prepared(self, make: MeshMaker, last: Solution | None) -> tuple[Discrete, PreparedProblem]:
+    def _prepared(
+        self, meshes: Meshes[M], last: Solution | None
+    ) -> tuple[Discrete, PreparedProblem]:
         """Return the problem on new meshes, and the same after the elimination."""
         began = time.perf_counter()
-        discrete = discretise(self.problem, make, self._law)
+        discrete = discretise(self.problem, lambda b, *_: meshes.of_bodies[b], self._law)
         changes = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
         bem, method = discrete.posed.bem.model_copy(update=changes), self.problem.method
         if last is not None:  # contact sets may cycle without end

@@ -19,7 +19,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...errors import InputError, SolverError
+from ...errors import InputError, PetcontactError, SolverError
 from ...given.posed import Posed
 from ...given.tables.validated import validated
 from ...model.problem import Problem
@@ -27,7 +27,7 @@ from ...refinement.levels import check_accuracy
 from ...results.report import Finding
 from ...results.solution import Solution
 from ...runtime.ranks import alone, shared_solve
-from ...runtime.signals import BrokenOff
+from ...runtime.signals import BrokenOff, answering
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
@@ -41,7 +41,7 @@ from .fixed_mesh import carries_something, with_estimate
 from .halved_panels import HalvedPanels
 from .level_solver import LevelSolver
 from .slip_ladder import Slip
-from .strategy import Strategy
+from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
 from .surfaces import PanelTails
 from .traction_ladder import Tractions
 
@@ -50,13 +50,21 @@ AFTER = "(on the mesh after the last)"
 ENDED = "the adaptive solve was ended after mesh"
 
 
-def strategy_for(posed: Posed) -> Strategy:
+def strategy_for(posed: Posed, accuracy: float | None) -> Strategy[Any, Any]:
     """Return the strategy: for u_t of the paper's problem, else for p and q or u without contact,
-    in space for their tails or for u."""
-    if posed.boundaries[0].dim > 2:
-        return PanelTails(posed) if posed.interfaces else HalvedPanels(posed)
-    scalar = posed.kind == "bilateral" and not posed.twisted
-    return Slip() if scalar else Tractions(posed)
+    in space for their tails or for u.
+
+    `accuracy` is what the user wants, None for the default.
+    """
+    kind: Any = HalvedPanels
+    if posed.boundaries[0].dim == 2:
+        kind = Slip if posed.kind == "bilateral" and not posed.twisted else Tractions
+    elif posed.interfaces:
+        kind = PanelTails
+    wanted = Wanted(kind.accuracy if accuracy is None else accuracy, accuracy is not None)
+    check_accuracy(wanted.accuracy)
+    strategy: Strategy[Any, Any] = kind(posed, wanted)
+    return strategy
 
 
 class AdaptiveSolve:
@@ -64,10 +72,19 @@ class AdaptiveSolve:
 
     Attributes
     ----------
+    wanted : Wanted
     strategy : Strategy
     solver : LevelSolver
     solutions : list of Solution
         One solution for each mesh.
+    estimate : Estimate or None
+        What is known of the error of the last solution that was accepted.
+    trouble : str
+        Why a mesh could not be solved or made, or "".
+    exhausted : str
+        Why there are no finer meshes, if not for want of a finer level.
+    missed : float
+        Share of the given data that the last mesh misses beyond what is accepted, or 0 [-].
     left : float
         Relative difference between semismooth Newton and the problem's own method on the last mesh
         [-].
@@ -81,67 +98,98 @@ class AdaptiveSolve:
         self,
         problem: Problem,
         comm: Any,
-        monitor: Monitor | None,
-        law: Any,
-        announce: Announce | None = None,
-        reached: Callable[[Reached], None] | None = None,
+        accuracy: float | None,
+        callbacks: Callbacks = (None, None, None),
+        law: Any = None,
     ) -> None:
-        self._began, self._reached = time.perf_counter(), reached
+        monitor, announce, self._reached = callbacks
+        self._began, self._comm = time.perf_counter(), comm
         check_parts(problem, problem.boundaries)  # strategies look at parts before meshes do
         if problem.method.start not in NAMES:
             raise InputError(
                 f"method.start: {problem.method.start!r} is on one mesh, and an adaptive solve "
                 "begins on meshes of its own; name mesh.element_size, or leave it out"
             )
-        self.strategy = strategy_for(problem.posed)
+        self.strategy = strategy_for(problem.posed, accuracy)
+        self.wanted = self.strategy.wanted
         self.solver = LevelSolver(problem, comm, monitor, law, announce)
+        self.solver.aim(self.wanted.accuracy)
         self.solutions: list[Solution] = []
-        self.left = 0.0
+        self.estimate: Estimate | None = None
+        self.trouble = self.exhausted = ""
+        self.missed = self.left = 0.0
         self.broken_off = False
         self.judging = 0.0
 
-    def climb(self, accuracy: float) -> str:
+    @property
+    def error(self) -> float:
+        """Estimated error of the last solution that was accepted, infinite before there is one
+        [-]."""
+        return math.inf if self.estimate is None else self.estimate.error
+
+    def climb(self) -> None:
         """Solve, estimate, mark and refine until the estimate is below the accuracy.
 
-        Return why a mesh could not be solved or made, or "".
+        `trouble` says why a mesh could not be solved or made.
         """
         strategy = self.strategy
-        strategy.wanted = accuracy
-        self.solver.aim(accuracy)
-        for level in strategy.levels:
-            last = self.solutions[-1] if self.solutions else None
-            try:
-                solution = self.solver.solved(strategy, level, last)  # REFINE and SOLVE
-            except (SolverError, BrokenOff, InputError) as error:  # a mesh may be too large
-                self.broken_off = isinstance(error, BrokenOff)
-                if last is None:
-                    raise
-                return f"{error} {AFTER}"
-            if solution.converged:
-                self._keep(solution)
-                strategy.mark(solution, level)  # ESTIMATE and MARK
-                self._report(solution)
-            else:
-                return_now, trouble = self._not_solved(solution)
-                if return_now:
-                    return trouble
-            if self.solver.missed > 0.0 or strategy.estimate <= accuracy or strategy.exhausted:
-                break
-        return strategy.exhausted
+        with answering(self._comm):
+            meshes: Meshes[Any] | None = strategy.meshes(strategy.first, 0)
+        while meshes is not None and (tried := self._solved(meshes)):  # SOLVE
+            solution, self.missed = tried.solution, meshes.missed
+            if not solution.converged:
+                meshes = self._after_failure(tried)
+                continue
+            self._keep(solution)
+            self.estimate = strategy.estimate(tried, self.estimate)  # ESTIMATE
+            self._report(solution)
+            if self.missed > 0.0 or self.error <= self.wanted.accuracy:
+                return
+            marks = strategy.marks(self.estimate)  # MARK
+            meshes = self._refined(marks, meshes.level + 1)  # REFINE
 
-    def _not_solved(self, solution: Solution) -> tuple[bool, str]:
-        """Return whether a rejected solution ends the loop, and why.
+    def _refined(self, marks: Any, level: int) -> Meshes[Any] | None:
+        """Return meshes of a level that follow marks, or None if there are no such meshes."""
+        try:
+            with answering(self._comm):
+                meshes = self.strategy.meshes(marks, level)
+        except (BrokenOff, InputError) as error:  # a mesh may be too large
+            self._end(error)
+            return None
+        self.trouble = self.exhausted = meshes.exhausted
+        return meshes if meshes.of_bodies else None
+
+    def _solved(self, meshes: Meshes[Any]) -> Tried[Any] | None:
+        """Return the solve on meshes, or None if it fails and there is one on meshes before."""
+        last = self.solutions[-1] if self.solutions else None
+        try:
+            return self.solver.solved(meshes, last, self.error)
+        except (SolverError, BrokenOff, InputError) as error:
+            if last is None:
+                raise
+            self._end(error)
+            return None
+
+    def _end(self, error: PetcontactError) -> None:
+        """Say why there is no further mesh."""
+        self.broken_off, self.trouble = isinstance(error, BrokenOff), f"{error} {AFTER}"
+
+    def _after_failure(self, tried: Tried[Any]) -> Meshes[Any] | None:
+        """Return the meshes after a rejected solution, or None if it ends the loop.
 
         The solution on the mesh before is kept then, if there is one.
         """
-        if solution.status == "failed" and self.solutions:
-            self.broken_off = True
-            return True, f"{solution.reason} {AFTER}"
-        finer = self.strategy.mark_failed(solution)
-        if not finer and any(earlier.converged for earlier in self.solutions):
-            return True, f"{solution.reason} {AFTER}"
-        self._keep(solution)
-        return not finer, ""
+        solution, meshes = tried.solution, None
+        self.broken_off = solution.status == "failed" and bool(self.solutions)
+        if not self.broken_off and not self.missed > 0.0:
+            marks = self.strategy.marks_after_failure(tried, self.estimate)
+            level = tried.meshes.level + 1
+            meshes = None if marks is None else self._refined(marks, level)
+        if meshes is None and (self.broken_off or self.estimate is not None):
+            self.trouble = f"{solution.reason} {AFTER}"
+        else:
+            self._keep(solution)
+        return meshes
 
     def _keep(self, solution: Solution) -> None:
         self.solutions.append(solution)
@@ -152,7 +200,7 @@ class AdaptiveSolve:
         problem, solution, began = self.solver.kept, self.solutions[-1], time.perf_counter()
         timings = solution.timings
         if problem is not None:
-            first, wanted = self.solutions[0].meshes, self.strategy.wanted
+            first, wanted = self.solutions[0].meshes, self.wanted.accuracy
             if self.broken_off:  # a user who ends a solve does not wait
                 solution = reported(problem, solution)
                 accuracy = replace(solution.accuracy, path=math.nan)
@@ -168,11 +216,11 @@ class AdaptiveSolve:
 
     def _report(self, solution: Solution) -> None:
         nodes = sum(mesh.n_nodes for mesh in solution.meshes.values())
-        seconds, error = time.perf_counter() - self._began, self.strategy.estimate
+        seconds, error = time.perf_counter() - self._began, self.error
         number = len(self.solutions)
         LOG.info("mesh %d: %d nodes, error %.1e, %.1f s", number, nodes, error, seconds)
         if self._reached is not None:
-            record = replace(solution.accuracy, wanted=self.strategy.wanted, error=error)
+            record = replace(solution.accuracy, wanted=self.wanted.accuracy, error=error)
             ended = replace(
                 solution, accuracy=record, status="not converged", reason=f"{ENDED} {number}"
             )
@@ -250,14 +298,14 @@ def _adapted(
     comm: Any,
     callbacks: Callbacks,
 ) -> Solution:
-    began, (monitor, announce, reached) = time.perf_counter(), callbacks
-    work = AdaptiveSolve(problem, comm, monitor, law, announce, reached)
-    given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
-    work.strategy.asked = accuracy is not None or bool(given)
-    accuracy = min(given, default=work.strategy.accuracy) if accuracy is None else accuracy
-    check_accuracy(accuracy)
+    began = time.perf_counter()
+    if accuracy is None:
+        given = [body.mesh.accuracy for body in problem.body]
+        accuracy = min((each for each in given if each is not None), default=None)
+    work = AdaptiveSolve(problem, comm, accuracy, callbacks, law)
     try:
-        trouble, solution = work.climb(accuracy), work.last()
+        work.climb()
+        solution = work.last()
     finally:
         work.solver.close()
     problem = problem.model_copy(update={"step": solution.problem.step})
@@ -266,49 +314,45 @@ def _adapted(
         or method is not None
         or problem.method.resolved_name != "semismooth-newton"
     )
-    if own and not trouble and solution.status == "converged" and work.solver.discrete is not None:
-        last = replace(work.solver.discrete, problem=problem)
+    discrete, trouble = work.solver.discrete, work.trouble
+    if own and not trouble and solution.status == "converged" and discrete is not None:
+        last = replace(discrete, problem=problem)
         prepared = prepare(problem, comm, last, method=method, rule=rule)
         try:
-            solution = run(prepared, monitor=monitor)
+            solution = run(prepared, monitor=callbacks[0])
         finally:
             prepared.close()
         if solution.converged:
             work.left = apart_on_one_mesh(work.solutions[-1], solution)
-    if trouble and math.isinf(work.strategy.estimate) and not work.broken_off:
+    if trouble and math.isinf(work.error) and not work.broken_off:
         # there is one mesh only: estimate as on a mesh that the user fixed
         solution = with_estimate(solution, comm, law)
-    return _finished(
-        work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began
-    )
+    return _finished(work, replace(solution, problem=problem), time.perf_counter() - began)
 
 
-def _finished(
-    work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float
-) -> Solution:
-    strategy, shown = work.strategy, any(solved.converged for solved in work.solutions)
-    estimate = max(strategy.estimate, work.left) if shown else math.inf
-    if math.isinf(estimate) and solution.accuracy.is_known:
-        estimate = solution.accuracy.error
+def _finished(work: AdaptiveSolve, solution: Solution, seconds: float) -> Solution:
+    estimate, error = work.estimate, max(work.error, work.left)
+    if math.isinf(error) and solution.accuracy.is_known:
+        error = solution.accuracy.error
     record = replace(
         solution.accuracy,
-        wanted=accuracy,
-        error=estimate if carries_something(solution) else solution.accuracy.error,
-        differences=strategy.differences,
+        wanted=work.wanted.accuracy,
+        error=error if carries_something(solution) else solution.accuracy.error,
         elements=[
             sum(mesh.n_elements for mesh in solved.meshes.values()) for solved in work.solutions
         ],
-        **(strategy.shown() if shown else {}),
+        **(work.strategy.shown(estimate) if estimate else {}),
     )
+    if estimate:
+        record = replace(record, differences=estimate.differences)
     reason, findings = solution.reason, list[Finding]()
     if solution.converged:
-        reached = short_of(estimate, accuracy, trouble, strategy, record.meshes_differ)
-        findings = _shortcomings(work, solution, (estimate, accuracy), trouble, reached)
+        findings = _shortcomings(work, solution, error, record.meshes_differ)
         status, reason = judged(findings, reason)
     else:
         status = solution.status
-        if status == "not converged" and strategy.exhausted and not (shown or strategy.asked):
-            reason += f"; {strategy.exhausted}"
+        if status == "not converged" and work.exhausted and not (estimate or work.wanted.asked):
+            reason += f"; {work.exhausted}"
     timings = {"judge": work.judging}
     for seconds_of in {
         id(solved.timings): solved.timings for solved in (*work.solutions, solution)
@@ -345,31 +389,31 @@ def _before_last(work: AdaptiveSolve) -> Solution | None:
 
 
 def _shortcomings(
-    work: AdaptiveSolve,
-    solution: Solution,
-    errors: tuple[float, float],
-    trouble: str,
-    reached: str,
+    work: AdaptiveSolve, solution: Solution, error: float, differ: str
 ) -> list[Finding]:
     """Find what a converged solution lacks.
 
-    It may miss given data, the problem's own method may be inaccurate, or the estimate may exceed
-    the wanted accuracy. `errors` are the estimate and the wanted accuracy.
+    It may miss given data, the problem's own method may be inaccurate, or its error may exceed the
+    wanted accuracy. `differ` says where meshes differ most.
     """
-    strategy, (estimate, accuracy) = work.strategy, errors
-    if work.solver.missed > 0.0:
-        text = f"no mesh resolves the given data: {work.solver.missed:.1e} of them is missed"
-        return [new_finding("missed data", text, measured=work.solver.missed)]
-    if strategy.estimate <= accuracy < estimate:
+    accuracy, trouble = work.wanted.accuracy, work.trouble
+    if work.missed > 0.0:
+        text = f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
+        return [new_finding("missed data", text, measured=work.missed)]
+    if work.error <= accuracy < error:
         text = (
             f"{solution.provenance.method} leaves an error of {work.left:.1e} on the last mesh, "
-            f"which semismooth-newton solves to {strategy.estimate:.1e}"
+            f"which semismooth-newton solves to {work.error:.1e}"
         )
         return [new_finding("method error", text, measured=work.left, limit=accuracy)]
-    if not estimate > accuracy:
+    if not error > accuracy:
         return []
     # the default may be missed with a warning, whoever wrote it
-    usual = accuracy == strategy.accuracy and not work.broken_off
-    tolerable = says_something(estimate) and trouble and usual
+    usual = accuracy == work.strategy.accuracy and not work.broken_off
+    tolerable = says_something(error) and trouble and usual
     kind = "accuracy" if tolerable else "accuracy wanted"
-    return [new_finding(kind, reached, measured=estimate, limit=accuracy)]
+    text = trouble
+    if not (trouble and work.wanted.asked) or work.exhausted:
+        differences = work.estimate.differences if work.estimate else []
+        text = short_of(error, work.wanted, trouble, differences, differ)
+    return [new_finding(kind, text, measured=error, limit=accuracy)]

@@ -22,6 +22,7 @@ from ...results.records import step_ends
 from ...results.solution import Solution
 from ..judge.first_panels import lowest_between
 from ..steps.increment import PreparedProblem
+from .first_mesh import FirstMeshes
 
 RINGS = (0.09, 0.04, 0.02)
 """Estimated error with one, two and three rings around the core of a contact, measured on Hertz'
@@ -46,11 +47,11 @@ class EllipticContacts:
     Parameters
     ----------
     posed : Posed
-    first : mapping
-        First mesh of each body, by its number.
+    first : FirstMeshes
+        First meshes of the bodies.
     """
 
-    def __init__(self, posed: Posed, first: Mapping[int, SurfaceMesh]) -> None:
+    def __init__(self, posed: Posed, first: FirstMeshes) -> None:
         self._surfaces = [shape if shape.known else None for shape in posed.boundaries]
         faces = {side.name: side.ends for side in posed.interfaces}
         ends = [face for both in faces.values() for face in both]
@@ -59,7 +60,7 @@ class EllipticContacts:
             for name, both in faces.items()
             if all(self._surfaces[body] and ends.count((body, part)) == 1 for body, part in both)
         }
-        self.first = first
+        self._first = first
         self._made = {name: list[tuple[int, ContactEllipse]]() for name in self._faces}
 
     def meshes(
@@ -108,7 +109,9 @@ class EllipticContacts:
                 else None
             )
             made = [
-                self._filled((meshes[body], self.first[body]), body, part, zone, count, stick)
+                self._filled(
+                    (meshes[body], self._first.plain[body]), body, part, zone, count, stick
+                )
                 for body, part in both
             ]
             filled = [mesh for mesh in made if mesh is not None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import math
+import functools
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,7 @@ from ...bem.compatibility import check_compatible
 from ...bem.kernels import kernel_for
 from ...contact.state import Start
 from ...geometry.outline import as_outline
-from ...geometry.surface import Boundary
-from ...given.body_data import Body
+from ...given.posed import Posed
 from ...mesh.curve_mesh import as_curve
 from ...refinement.contact_line import (
     ContactLine,
@@ -23,79 +22,117 @@ from ...refinement.contact_line import (
     without_specks,
 )
 from ...refinement.levels import SLIP_LADDER, Level, believed
-from ...refinement.marks import ACCURACY, GradedOutline, LevelMesh
+from ...refinement.marks import ACCURACY, GradedOutline
 from ...refinement.zones import Zone
 from ...results.evaluated import displacement_scale
 from ...results.solution import Solution
 from ...round_off import HALF
+from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
 from .difference import difference as traction_difference
-from .strategy import Strategy
+from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
 
 FIRST_LOOK = 12
 """Least number of elements on a contact side while its zones are unknown. With 24 the first two
 meshes of Example 1 differ most where u_t is smooth: the second one is coarser there."""
 
 
-class Slip(Strategy):
+@dataclasses.dataclass(frozen=True)
+class SlipEstimate(Estimate):
+    """The error of u_t.
+
+    Attributes
+    ----------
+    lines : list of ContactLine
+        u_t and σ_t along each contact side.
+    before : SlipEstimate or None
+        The estimate on the mesh before.
+    """
+
+    lines: list[ContactLine] = dataclasses.field(default_factory=list)
+    before: SlipEstimate | None = None
+
+
+Seen = tuple[SlipEstimate, ...]
+"""The estimate to whose transition points meshes are graded, or nothing."""
+
+
+class Slip(Strategy[SlipEstimate, Seen]):
     """The strategy for u_t, with its transition points between stick and slip.
 
     Near such a point u_t behaves like the power 3/2 of the distance.
 
     Attributes
     ----------
-    levels : tuple of Level
-        Refinement levels of the meshes; the error of each is about a tenth of the one before.
     accuracy : float
         Default of the wanted accuracy [-].
-    differences : list of float
-        Relative differences of u_t between neighbouring meshes [-].
     """
 
-    accuracy, exhausted = ACCURACY, ""
+    accuracy, first = ACCURACY, ()
 
-    def __init__(self) -> None:
-        self.differences: list[float] = []
-        self.wanted, self.asked = self.accuracy, True
-        self._shown: list[list[ContactLine]] = []
-        self._before: Solution | None = None
-        self._last: Solution | None = None
-        self._body: GradedOutline | None = None
+    def __init__(self, posed: Posed, wanted: Wanted) -> None:
+        self._posed, self.wanted = posed, wanted
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """The levels of `SLIP_LADDER` that the wanted accuracy needs."""
-        return SLIP_LADDER.reaching(self.wanted)
+        """The levels of `SLIP_LADDER` that the wanted accuracy needs; the error of each is about a
+        tenth of the one before."""
+        return SLIP_LADDER.reaching(self.wanted.accuracy)
 
-    def refine(self, number: int, posed: Body, boundary: Boundary, level: Level) -> LevelMesh:
-        """Return a mesh that is graded to the transition points of the last solution.
+    @functools.cached_property
+    def _body(self) -> GradedOutline:
+        """The data of the body.
 
         Raises
         ------
         InputError
             If data contradict each other where parts meet.
         """
-        if self._body is None:
-            outline = as_outline(boundary, "--adapt").joined
-            self._body = GradedOutline.from_body(posed, outline).with_powers()
-            check_compatible(self._body.outline, posed)
-        body = self._body
-        if self._last is not None:
-            body = body.halving(as_curve(self._last.mesh), level.resolved)
+        (boundary,) = self._posed.boundaries
+        body, outline = body_alone(self._posed, 0, boundary), as_outline(boundary, "--adapt").joined
+        check_compatible(outline, body)
+        return GradedOutline.from_body(body, outline).with_powers()
+
+    def estimate(self, tried: Tried[Seen], before: SlipEstimate | None) -> SlipEstimate:
+        """Return the last difference of u_t, which is the error of the mesh before.
+
+        Elements at corners halve at least from mesh to mesh (`GradedOutline.halving`), so that
+        errors there show in it.
+        """
+        lines, differences = contact_lines(self._body, tried.solution), list[float]()
+        if before is not None:
+            change = difference(before.lines, lines) / displacement_scale(tried.solution)
+            differences = [*before.differences, change]
+        if SLIP_LADDER.believes(differences, self.wanted.accuracy):
+            error = max(differences[0], self.levels[1].error)
+        else:
+            error = believed(differences)
+        return SlipEstimate(tried, error, differences, lines, before)
+
+    def marks(self, estimate: SlipEstimate) -> Seen:
+        """Return the estimate with its transition points."""
+        return (estimate,)
+
+    def meshes(self, marks: Seen, level: int) -> Meshes[Seen]:
+        """Return a mesh that is graded to transition points."""
+        if level == len(self.levels):
+            return Meshes(marks, level)
+        reached, body = self.levels[level], self._body
+        for seen in marks:
+            body = body.halving(as_curve(seen.solution.mesh), reached.resolved)
+            made = body.mesh(reached, [np.inf] * len(body.contact), seen.lines)
+            start = functools.partial(self._start, seen)
+            return Meshes(marks, level, [made.mesh], made.missed, start=start)
         longest = [
-            side.length / FIRST_LOOK if contact and not self._shown else np.inf
+            side.length / FIRST_LOOK if contact else np.inf
             for side, contact in zip(body.outline.sides, body.contact, strict=True)
         ]
-        return body.mesh(level, longest, self._shown[-1] if self._shown else None)
+        made = body.mesh(reached, longest, None)
+        return Meshes(marks, level, [made.mesh], made.missed)
 
-    def start(self, problem: PreparedProblem) -> Start | None:
-        """Return v and σ whose sets on another mesh are the zones of the last solution, or None."""
-        if self._last is None:
-            return None
-        assert self._body is not None
-        zones = transition_zones(self._body, self._shown[-1])
-        contact = self._last.contact
-        ways = list[Array]()
+    def _start(self, seen: SlipEstimate, problem: PreparedProblem) -> Start:
+        """Return v and σ whose sets are the zones of a solution on another mesh."""
+        zones, ways = transition_zones(self._body, seen.lines), list[Array]()
         for side, interface in zip(
             problem.discrete.sides, problem.discrete.interfaces, strict=True
         ):
@@ -107,52 +144,27 @@ class Slip(Strategy):
         direction = np.zeros((problem.system.size, problem.system.k))
         direction[:, 0] = np.concatenate(ways)
         # the largest u_t leads out of the ball of the largest σ_t, which is the bound there
+        contact = seen.solution.contact
         v, sigma = (float(np.abs(values).max()) for values in (contact.u_t, contact.sigma_t))
         return v * direction, -sigma * direction
 
-    def mark(self, solution: Solution, level: Level) -> None:
-        """Store the transition points of a solution, to which the next mesh is graded."""
-        assert self._body is not None
-        lines = contact_lines(self._body, solution)
-        if self._last is not None:
-            self.differences.append(
-                difference(self._shown[-1], lines) / displacement_scale(solution)
-            )
-        self._shown.append(lines)
-        self._before, self._last = self._last, solution
-
-    @property
-    def estimate(self) -> float:
-        """Estimated error of the last mesh [-].
-
-        It is the last difference, which is the error of the mesh before. Elements at corners halve
-        at least from mesh to mesh (`GradedOutline.halving`), so that errors there show in it.
-        """
-        if SLIP_LADDER.believes(self.differences, self.wanted):
-            return max(self.differences[0], self.levels[1].error)
-        return believed(self.differences)
-
-    def shown(self) -> dict[str, Any]:
+    def shown(self, estimate: SlipEstimate) -> dict[str, Any]:
         """Return fields of `Accuracy`: the zones, and how far their ends moved."""
-        assert self._body is not None
-        differ = {}
-        if self.differences and self.estimate > self.wanted:
-            number, s = farthest_apart(*self._shown[-2:])
+        zones, before = transition_zones(self._body, estimate.lines), estimate.before
+        shown: dict[str, Any] = {"zones": [dataclasses.astuple(zone) for zone in zones]}
+        if before is None:
+            return shown | {"zone_errors": zone_errors(zones, [])}
+        if estimate.error > self.wanted.accuracy:
+            number, s = farthest_apart(before.lines, estimate.lines)
             side = np.flatnonzero(self._body.contact)[number]
             along = self._body.outline.offsets[side] + s
-            differ = {
-                "meshes_differ": "the last two differ most on "
+            shown["meshes_differ"] = (
+                "the last two differ most on "
                 f"{self._body.outline.sides[side].part!r} at s = {along:.6g}"
-            }
-        zones, *before = (transition_zones(self._body, shown) for shown in self._shown[:-3:-1])
-        tractions = math.nan
-        if self._before is not None and self._last is not None:
-            tractions = traction_difference(self._before, self._last).inside
-        return {
-            "zones": [dataclasses.astuple(zone) for zone in zones],
-            "zone_errors": zone_errors(zones, before[0] if before else []),
-            "tractions": tractions,
-            **differ,
+            )
+        return shown | {
+            "zone_errors": zone_errors(zones, transition_zones(self._body, before.lines)),
+            "tractions": traction_difference(before.solution, estimate.solution).inside,
         }
 
 

@@ -1,69 +1,147 @@
-"""Interface between the adaptive loop and the quantity for which it refines the meshes."""
+"""The functions of an adaptive solve, and the values that pass from one to the next.
+
+A strategy has three functions: the estimate of a solution, the marks of an estimate, and the meshes
+of marks. It keeps no notes from one mesh to the next: all that is known is in these values.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, Protocol, TypeVar
 
 from ...contact.state import Start
-from ...geometry.surface import Boundary
-from ...given.body_data import Body
-from ...refinement.marks import LevelMesh
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
+from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 
+M = TypeVar("M")
 
-class Strategy(Protocol):
-    """How an adaptive solve estimates, marks and refines: `Slip`, `Tractions`, or in space
-    `PanelTails`.
+
+@dataclass(frozen=True)
+class Wanted:
+    """The wanted accuracy [-], and whether the user named it: the budget is larger then."""
+
+    accuracy: float
+    asked: bool
+
+
+def no_start(problem: PreparedProblem) -> Start | None:
+    """Return None: the contact method starts as on any mesh."""
+    return None
+
+
+@dataclass(frozen=True)
+class Meshes(Generic[M]):
+    """Meshes of all bodies for one solve.
 
     Attributes
     ----------
-    levels : sequence
-        Refinement levels of the meshes, from coarse to fine.
-    accuracy : float
-        Default of the wanted accuracy [-].
-    wanted, asked : float, bool
-        The wanted accuracy, and whether the user named it.
-    estimate : float
-        Estimated error on the last mesh [-].
-    differences : list of float
-        Differences of neighbouring meshes, if meshes are compared [-].
+    marks : Any
+        The marks that the meshes follow.
+    level : int
+        Their number, from 0.
+    of_bodies : sequence of BoundaryMesh
+        None if there are no finer meshes.
+    missed : float
+        Largest defect of the given data above the accepted one [-].
     exhausted : str
-        Why there is no mesh after the last one, or "".
+        Why there are no finer meshes, if not for want of a finer level.
+    start : callable
+        Returns the start of the contact method on these meshes, or None.
     """
 
-    wanted: float
-    asked: bool
-    differences: list[float]
-    exhausted: str
+    marks: M
+    level: int
+    of_bodies: Sequence[BoundaryMesh] = ()
+    missed: float = 0.0
+    exhausted: str = ""
+    start: Callable[[PreparedProblem], Start | None] = no_start
+
+
+@dataclass(frozen=True)
+class Tried(Generic[M]):
+    """A solve: its meshes, the problem on them and the solution, which may be rejected."""
+
+    meshes: Meshes[M]
+    discrete: Discrete
+    solution: Solution
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What is known of the error of a solution.
+
+    Attributes
+    ----------
+    tried : Tried
+        The solve.
+    error : float
+        Estimated relative error [-].
+    differences : list of float
+        Relative differences of neighbouring meshes, where meshes are compared [-].
+    """
+
+    tried: Tried[Any]
+    error: float
+    differences: list[float] = field(default_factory=list)
 
     @property
-    def levels(self) -> Sequence[Any]: ...
+    def solution(self) -> Solution:
+        """The solution."""
+        return self.tried.solution
+
+
+E = TypeVar("E", bound=Estimate)
+
+
+class Strategy(Protocol[E, M]):
+    """How an adaptive solve estimates, marks and refines.
+
+    The strategies are `Slip` and `Tractions` in the plane, `PanelTails` and `HalvedPanels` in
+    space.
+
+    Attributes
+    ----------
+    accuracy : float
+        Default of the wanted accuracy [-].
+    wanted : Wanted
+        The wanted accuracy.
+    """
+
+    accuracy: float
+    wanted: Wanted
+
     @property
-    def accuracy(self) -> float: ...
-    @property
-    def estimate(self) -> float: ...
-
-    def mark(self, solution: Solution, level: Any) -> None:
-        """Estimate the error of a solution, and mark where the next mesh is finer."""
+    def first(self) -> M:
+        """The marks before the first solve."""
         ...
 
-    def mark_failed(self, solution: Solution) -> bool:
-        """Mark where the mesh of a rejected solution is too coarse; return whether anything is
-        marked, by default all of it."""
-        failed = solution.failed
-        return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
-
-    def refine(self, number: int, posed: Body, boundary: Boundary, level: Any) -> LevelMesh:
-        """Return the next mesh of a body that has a condition on each part."""
+    def estimate(self, tried: Tried[M], before: E | None) -> E:
+        """Return the error of an accepted solution; `before` is the estimate on coarser meshes."""
         ...
 
-    def start(self, problem: PreparedProblem) -> Start | None:
-        """Return the start of the contact method on a new mesh, if there is one."""
+    def marks(self, estimate: E) -> M:
+        """Return where the next meshes are finer."""
         ...
 
-    def shown(self) -> dict[str, Any]:
+    def marks_after_failure(self, tried: Tried[M], estimate: E | None) -> M | None:
+        """Return where the meshes of a rejected solution are too coarse, or None if finer ones do
+        not help.
+
+        By default they are refined as before if they are too coarse everywhere. `estimate` is that
+        of the last accepted solution.
+        """
+        failed = tried.solution.failed
+        kinds = wants_smaller_elements(failed.findings) if failed is not None else set()
+        return tried.meshes.marks if kinds & WHOLE_MESH else None
+
+    def meshes(self, marks: M, level: int) -> Meshes[M]:
+        """Return meshes of a level that are finer where it is marked."""
+        ...
+
+    def shown(self, estimate: E) -> dict[str, Any]:
         """Return the fields of `Accuracy` that the meshes determine."""
         ...

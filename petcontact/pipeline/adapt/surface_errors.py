@@ -149,10 +149,10 @@ class TailErrors:
         It is that of the integrals of given tractions and of volume forces, that of bending and of
         loads inside, and what tractions lack to balance."""
         given = self._data.resultant_error() + missed_volume(self.solution.posed, self.meshes)
-        return given + self._of_bodies + self._unbalanced
+        return given + self.of_bodies + self._unbalanced
 
     @functools.cached_property
-    def _of_bodies(self) -> float:
+    def of_bodies(self) -> float:
         """Relative error of p by the bending of thin bodies, and by what polynomials miss of loads
         inside bodies [-]."""
         each = zip(self.meshes, self.solution.posed.bodies, strict=True)
@@ -196,7 +196,7 @@ class TailErrors:
             lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
             lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
             of_resultants = worst**2 + even + self.shared + unseen
-            return min(max(math.hypot(worst, self._of_bodies), lacks), 1.0), min(
+            return min(max(math.hypot(worst, self.of_bodies), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0
             )
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):

@@ -5,126 +5,121 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Mask
 from ...contact.state import Start
-from ...geometry.surface import Boundary
-from ...given.body_data import Body
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
-from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...refinement.marks import LevelMesh
 from ...refinement.panels.cut_directions import halved
 from ...refinement.panels.panel_cuts import faded, largest, wider_than
 from ...refinement.panels.small_contact import SmallContact
 from ...results.records import StepResult, step_ends
-from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panels
-from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from .banded import Bands
 from .budget import budget_of
-from .cut_panels import CutPanels
+from .cut_panels import PanelCuts, Seen
+from .first_mesh import FirstMeshes
 from .ringed import EllipticContacts, expected_start, small_contacts, zone_about
+from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
 from .surface_errors import TailErrors
 
 SHARE = 0.9
 """Share of the sum of squared errors whose panels are cut [-]."""
+MOST = 40
+"""Largest number of meshes, more than any budget allows."""
 
 
-class PanelTails(CutPanels):
+@dataclass(frozen=True)
+class TailEstimate(Estimate):
+    """The error of p and q, or of u_t, by tails.
+
+    Attributes
+    ----------
+    errors : TailErrors
+        The errors of all panels.
+    resultants : float
+        The relative error of forces [-].
+    all : list of float
+        Estimated errors on all meshes [-].
+    """
+
+    errors: TailErrors = field(kw_only=True)
+    resultants: float = math.nan
+    all: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class PanelMarks:
+    """Which panels of a solution are cut or get the next order.
+
+    Attributes
+    ----------
+    seen : Seen
+        What solves have shown.
+    errors : TailErrors or None
+        The errors of the solution, which may be rejected; None before the first solve.
+    error : float
+        The last estimate [-].
+    cut : list of (n_elements, 2) masks
+        Panels of each body that are halved along a coordinate.
+    raised : list of (n_elements,) masks
+        Panels of each body that get the next order.
+    small : list of (PosedInterface, SmallContact)
+        Contacts that are smaller than their panels.
+    follow : bool
+        Whether bands or rings along the edges of contacts are laid instead, if they fit.
+    """
+
+    seen: Seen = field(default_factory=Seen)
+    errors: TailErrors | None = None
+    error: float = math.inf
+    cut: list[Mask] = field(default_factory=list)
+    raised: list[Mask] = field(default_factory=list)
+    small: list[tuple[PosedInterface, SmallContact]] = field(default_factory=list)
+    follow: bool = True
+
+
+class PanelTails(Strategy[TailEstimate, PanelMarks]):
     """The strategy for p and q, or for u_t in bilateral contact, from the tails of tractions on
     panels.
 
     Attributes
     ----------
-    levels : range
-        Numbers of the meshes, as many as the budget allows. In each mesh some panels of the one
-        before are cut or get order 2.
-    estimate : float
-        Estimated error of the last mesh [-].
-    exhausted : str
-        Why there is no next mesh, or "".
+    accuracy : float
+        Default of the wanted accuracy [-].
     """
 
-    levels = range(40)
+    accuracy, first = 2e-2, PanelMarks()
 
-    def __init__(self, posed: Posed) -> None:
-        super().__init__(posed)
-        self.differences: list[float] = []
-        self.estimate, self.exhausted = math.inf, ""
-        self._estimates: list[float] = []
-        self._resultants, self._shared = math.nan, 0.0
-        self._meshes = list[BoundaryMesh]()
-        self._expected = list[tuple[PosedInterface, SmallContact]]()
-        self._elliptic = EllipticContacts(posed, self._first.plain)
+    def __init__(self, posed: Posed, wanted: Wanted) -> None:
+        self._posed, self._sides, self.wanted = posed, posed.interfaces, wanted
+        bodies = len(posed.bodies)
+        self._first = FirstMeshes(posed, budget_of(bodies, wanted.asked).nodes / bodies)
+        self._cuts = PanelCuts(posed, self._first, wanted)
+        self._elliptic = EllipticContacts(posed, self._first)
         self._bands = Bands(posed)
 
-    def refine(self, number: int, posed: Body, boundary: Boundary, level: int) -> LevelMesh:
-        """Return the first mesh of a body, from the config if it names one; later the refined
-        mesh."""
-        if not self._meshes:
-            self._meshes = self._with_bands()
-        if not self._meshes:
-            bodies = len(self._posed.bodies)
-            return LevelMesh(
-                self._first.mesh(
-                    number, posed, boundary, budget_of(bodies, self.asked).nodes / bodies
-                ),
-                0.0,
-            )
-        return LevelMesh(self._meshes[number], 0.0)
+    def estimate(self, tried: Tried[PanelMarks], before: TailEstimate | None) -> TailEstimate:
+        """Return the error by the tails of a solution, or by its change from the bands before."""
+        errors = TailErrors(tried.solution)
+        error, resultants = errors.error()
+        if before is not None and error > self.wanted.accuracy:
+            apart = self._bands.apart((before.solution, tried.solution), errors)
+            error = min(error, math.hypot(apart, errors.of_bodies))
+        every = [*(before.all if before else []), error]
+        return TailEstimate(tried, error, errors=errors, resultants=resultants, all=every)
 
-    def _with_bands(self) -> list[BoundaryMesh]:
-        """Return first meshes with bands, if long contacts are known before a solve."""
-        posed = self._posed
-        if not all(body.mesh.automatic for body in posed.bodies):
-            return []
-        nodes = budget_of(len(posed.bodies), self.asked).nodes / len(posed.bodies)
-        plain = [
-            self._first.mesh(b, body_alone(posed, b, boundary), boundary, nodes)
-            for b, boundary in enumerate(posed.boundaries)
-        ]
-        completed = functools.partial(self._completed, solution=None, faces=self._bands.faces)
-        return [*self._bands.first(plain, self.wanted, completed)]
-
-    def start(self, problem: PreparedProblem) -> Start | None:
-        """Return a start from the first increment of the last solution.
-
-        If that mesh was too coarse, the start is closed where contact is expected.
-        """
-        self._motions = sum(free.shape[2] for free in problem.discrete.motions)
-        if (start := self._bands.start(problem)) is not None:
-            return start
-        if self._last is None:
-            return expected_start(problem, self._expected)
-        return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
-
-    def mark(self, solution: Solution, level: int) -> None:
-        """Estimate the error of a solution, and make the next meshes from its panels."""
-        before, self._last, errors = self._last, solution, TailErrors(solution)
-        self.estimate, self._resultants = errors.error()
-        if before is not None and before.converged and self.estimate > self.wanted:
-            apart = self._bands.apart((before, solution), errors)
-            self.estimate = min(self.estimate, math.hypot(apart, errors._of_bodies))
-        self._shared = errors.shared
-        self._estimates.append(self.estimate)
-        # rings around one contact mend no error of another one that no node sees; what a band has
-        # wrong is known from the next one only, whatever the tails say
-        off = errors.are_off_contact(self.estimate) and not self._bands.level
-        if self.estimate > self.wanted and (off or not self._follows(solution)):
-            self._cut_largest(errors)
-
-    def _cut_largest(self, errors: TailErrors) -> None:
-        """Make the next meshes by cutting the panels with the largest errors, or by raising their
-        orders."""
+    def marks(self, estimate: TailEstimate) -> PanelMarks:
+        """Return the panels with the largest errors."""
+        errors, error = estimate.errors, estimate.error
         by_step = [self._squares(errors, step) for step in step_ends(errors.solution.steps)]
         by_body = [np.sum(mask, axis=0) for mask in zip(*by_step, strict=True)]
         marked = largest(np.concatenate(by_body), SHARE)
@@ -132,55 +127,91 @@ class PanelTails(CutPanels):
         raised = [mask & smooth for mask, smooth in zip(own, errors.smooth(), strict=True)]
         cut_ones = [mask & ~higher for mask, higher in zip(own, raised, strict=True)]
         along = map(halved, errors.meshes, cut_ones, errors.directional_squares())
-        self._refine(errors, list(along), raised)
+        # rings around one contact mend no error of another one that no node sees; what a band has
+        # wrong is known from the next one only, whatever the tails say
+        off = errors.are_off_contact(error) and not self._bands.level
+        small, seen = small_contacts(self._posed, errors.solution), _seen(estimate.tried)
+        return PanelMarks(seen, errors, error, list(along), raised, small, not off)
 
-    def _follows(self, solution: Solution) -> bool:
-        """Make the next meshes with bands or rings along contact edges.
-
-        Return whether there are such meshes, or none that the budget allows.
-        """
-        completed = functools.partial(self._completed, solution=solution)
-        plain = [self._first.plain[b] for b in range(len(self._posed.bodies))]
-        on_both = functools.partial(completed, faces=self._bands.faces)
-        if banded := self._bands.next(solution, plain, on_both):
-            self._meshes = [*banded]
-            return True
-        if self._bands.level and self._refused:  # halving such panels costs more than a band
-            self.exhausted = self._refused
-            return True
-        small = {
-            side.name: zone_about(expected)
-            for side, expected in small_contacts(self._posed, solution)
-        }
-        meshes = self._elliptic.meshes(solution, small, (self.estimate, self.wanted), completed)
-        self._meshes = [*meshes] or self._meshes
-        return bool(meshes)
-
-    def mark_failed(self, solution: Solution) -> bool:
-        """Make smaller panels for a rejected solution; return whether there are any.
-
-        They are the panels in which surfaces may overlap, or all if tractions are not in
-        equilibrium.
-        """
-        failed = solution.failed
+    def marks_after_failure(
+        self, tried: Tried[PanelMarks], estimate: TailEstimate | None
+    ) -> PanelMarks | None:
+        """Return the panels in which surfaces may overlap, or all if tractions are not in
+        equilibrium."""
+        solution, failed = tried.solution, tried.solution.failed
         if failed is None or any(finding.kind == "overlap" for finding in failed.findings):
-            return False
+            return None
         kinds = wants_smaller_elements(failed.findings)
         if failed.status != "not converged" or not kinds:
-            return False
-        unresolved = bool(kinds & WHOLE_MESH)
-        self._expected = small_contacts(self._posed, solution)
-        if not unresolved and self._follows(solution):
-            return True
-        errors = TailErrors(solution)
-        marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in errors.meshes]
-        for mask, more in zip(marked, self._overlapping(errors, failed), strict=True):
-            mask |= more
-        for panels_of in (overlapping_sides, unseen_panels):
-            for mask, more in zip(marked, panels_of(self._posed, solution, failed), strict=True):
-                mask |= more
-        self._refine(errors, marked, [mask[:, 0] & False for mask in marked])
-        return not self.exhausted
+            return None
+        errors, everywhere = TailErrors(solution), bool(kinds & WHOLE_MESH)
+        marked = [np.full((mesh.n_elements, 2), everywhere) for mesh in errors.meshes]
+        for more in (
+            self._overlapping(errors, failed),
+            overlapping_sides(self._posed, solution, failed),
+            unseen_panels(self._posed, solution, failed),
+        ):
+            marked = [mask | also for mask, also in zip(marked, more, strict=True)]
+        none = [np.zeros(mesh.n_elements, dtype=bool) for mesh in errors.meshes]
+        seen = _seen(tried)._replace(last=estimate.solution if estimate else None)
+        error = estimate.error if estimate else math.inf
+        small = small_contacts(self._posed, solution)
+        return PanelMarks(seen, errors, error, marked, none, small, not everywhere)
+
+    def meshes(self, marks: PanelMarks, level: int) -> Meshes[PanelMarks]:
+        """Return the first meshes; later ones with bands or rings along the edges of contacts, or
+        with panels that are cut or have the next order."""
+        if level == MOST:
+            return Meshes(marks, level)
+        start = functools.partial(self._start, marks)
+        if marks.errors is None:
+            return Meshes(marks, level, self._with_bands() or self._first.meshes, start=start)
+        made, refused = self._followed(marks, marks.errors) if marks.follow else ([], "")
+        if not (made or refused):
+            made, refused = self._refined(marks, marks.errors)
+        return Meshes(marks, level, made, exhausted="" if made else refused, start=start)
+
+    def _with_bands(self) -> list[SurfaceMesh]:
+        """Return first meshes with bands, if long contacts are known before a solve."""
+        if not all(body.mesh.automatic for body in self._posed.bodies):
+            return []
+
+        def completed(meshes: list[SurfaceMesh]) -> list[SurfaceMesh]:
+            made, refused = self._cuts.completed(meshes, Seen(), self._bands.faces)
+            return [] if refused else made
+
+        return self._bands.first(self._first.meshes, self.wanted.accuracy, completed)
+
+    def _followed(self, marks: PanelMarks, errors: TailErrors) -> tuple[list[SurfaceMesh], str]:
+        """Return meshes with bands or rings along contact edges, or none that the budget allows;
+        and why bands that are there do not go on."""
+        solution, refused = errors.solution, ""
+
+        def completed(meshes: list[SurfaceMesh], faces: int = 0) -> list[SurfaceMesh]:
+            nonlocal refused
+            made, refused = self._cuts.completed(meshes, marks.seen, faces)
+            return [] if refused else made
+
+        on_both = functools.partial(completed, faces=self._bands.faces)
+        if banded := self._bands.next(solution, self._first.plain, on_both):
+            return banded, ""
+        if self._bands.level and refused:  # halving such panels costs more than a band
+            return [], refused
+        small = {side.name: zone_about(expected) for side, expected in marks.small}
+        needed = marks.error, self.wanted.accuracy
+        return self._elliptic.meshes(solution, small, needed, completed), ""
+
+    def _start(self, marks: PanelMarks, problem: PreparedProblem) -> Start | None:
+        """Return a start from the first increment of the last solution.
+
+        If that mesh was too coarse, the start is closed where contact is expected.
+        """
+        if (start := self._bands.start(problem)) is not None:
+            return start
+        last = marks.seen.last
+        if last is None:
+            return expected_start(problem, marks.small)
+        return carried_over(problem, replace(last, steps=last.steps[:1]))
 
     def _overlapping(self, errors: TailErrors, failed: StepResult) -> list[Mask]:
         """Return the panels of secondaries that overlap most between nodes, (n_elements, 1) for
@@ -227,7 +258,7 @@ class PanelTails(CutPanels):
             * faded(mesh, contact)
             * ~contact
             for mesh, size, contact, body in zip(
-                meshes, errors.tails, self._touching(meshes), step.bodies.values(), strict=True
+                meshes, errors.tails, self._cuts.touching(meshes), step.bodies.values(), strict=True
             )
         ]
         whole = sum(values.sum() for values in elsewhere)
@@ -237,34 +268,28 @@ class PanelTails(CutPanels):
         total = np.concatenate(square) + share * np.concatenate(elsewhere) + data
         return np.split(total, np.cumsum([mesh.n_elements for mesh in meshes])[:-1])
 
-    def _refine(self, errors: TailErrors, marked: list[Mask], raised: list[Mask]) -> None:
-        """Make the next meshes: panels of the next order, and panels halved along marked
-        coordinates.
+    def _refined(self, marks: PanelMarks, errors: TailErrors) -> tuple[list[SurfaceMesh], str]:
+        """Return meshes with panels of the next order, and with panels halved along marked
+        coordinates; and why there are none that the budget allows.
 
-        Halving is repeated where `_once_more` says so. If the meshes are too expensive,
-        `exhausted` says why.
+        Halving is repeated where `_once_more` says so.
         """
-        solution = errors.solution
-        meshes = [as_surface(mesh) for mesh in errors.meshes]
-        small = small_contacts(self._posed, solution)
-        if small:
-            within = self._within(meshes, small)
+        meshes, marked = [as_surface(mesh) for mesh in errors.meshes], marks.cut
+        if marks.small:
+            within = self._within(meshes, marks.small)
             marked = [mask | more for mask, more in zip(marked, within, strict=True)]
         else:
-            meshes = self._raised(meshes, raised)
-        next_meshes, overlaps = list[SurfaceMesh](), errors.overlaps()
-        again = True
+            meshes = self._raised(meshes, marks.raised)
+        made, overlaps, again = list[SurfaceMesh](), errors.overlaps(), True
         while again:
-            finer, parent = self._cut(meshes, marked)
-            reason = self._too_much(solution, finer)
-            if reason:
-                break
-            next_meshes = meshes = finer
+            finer, parent = self._cuts.cut(meshes, marked, marks.seen)
+            if refused := self._cuts.too_much(finer, marks.seen):
+                return made, refused
+            made = meshes = finer
             marked = [mask[number] for mask, number in zip(marked, parent, strict=True)]
-            marked = self._once_more(meshes, marked, small, overlaps)
-            again = solution.kind != "bilateral" and any(mask.any() for mask in marked)
-        self.exhausted = "" if next_meshes else reason
-        self._meshes = [*next_meshes] or self._meshes
+            marked = self._once_more(meshes, marked, marks.small, overlaps)
+            again = errors.solution.kind != "bilateral" and any(mask.any() for mask in marked)
+        return made, ""
 
     def _once_more(
         self,
@@ -278,7 +303,7 @@ class PanelTails(CutPanels):
         They are at rims, where p may be infinite, and longer than the strip in which errors fade
         out; too long for small contacts; or over narrow overlaps.
         """
-        more = self._within(meshes, small) if small else self._at_rims(meshes, marked)
+        more = self._within(meshes, small) if small else self._cuts.at_rims(meshes, marked)
         return [
             mask | (wider_than(mesh, spots) & panels.any(axis=1, keepdims=True))
             for mask, mesh, spots, panels in zip(more, meshes, overlaps, marked, strict=True)
@@ -300,7 +325,7 @@ class PanelTails(CutPanels):
         for side in self._sides:
             if side.primary is not None:
                 b = side.primary[0]
-                own, opposite = self._facing(side, meshes)
+                own, opposite = self._cuts.facing(side, meshes)
                 lower = meshes[b].order[opposite] <= meshes[side.body].order[own]
                 raised[b][opposite[raised[side.body][own] & lower]] = True
         return [
@@ -308,8 +333,14 @@ class PanelTails(CutPanels):
             for mesh, mask in zip(meshes, raised, strict=True)
         ]
 
-    def shown(self) -> dict[str, Any]:
+    def shown(self, estimate: TailEstimate) -> dict[str, Any]:
         """Return fields of `Accuracy`: the estimates of all meshes, and those of resultants on the
         last."""
-        last = {"resultants": self._resultants, "shared": self._shared}
-        return {"estimates": self._estimates} | last
+        last = {"resultants": estimate.resultants, "shared": estimate.errors.shared}
+        return {"estimates": estimate.all} | last
+
+
+def _seen(tried: Tried[PanelMarks]) -> Seen:
+    """Return what an accepted solve has shown."""
+    motions = sum(free.shape[2] for free in tried.discrete.motions)
+    return Seen(tried.solution, len(tried.solution.steps), motions)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from ...contact.law_protocol import OPEN, SLIP
 from ...contact.laws import STEEP
 from ...contact.state import Start
 from ...geometry.outline import as_outline
-from ...geometry.surface import Boundary
 from ...given.body_data import Body
 from ...given.posed import Posed
 from ...mesh.curve_mesh import as_curve
@@ -27,11 +27,11 @@ from ...results.contact_zones import pair_edges
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from ..judge.findings import limit_of, wants_smaller_elements
-from ..pose.discretise import Discrete
+from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
 from .difference import Difference, difference, fading_places, unloaded
 from .part_ends import PressedSides, pressed_sides
-from .strategy import Strategy
+from .strategy import Estimate, Meshes, Strategy, Tried, Wanted, no_start
 
 PUNCH = 0.5
 """Exponent of displacements where a corner presses on a side, as for a rigid frictionless punch on
@@ -53,29 +53,60 @@ had up to a quarter more elements (configs/axial_press_fit.toml), with 1 third o
 of revolution 1.08 times as many."""
 
 
-class Tractions(Strategy):
-    """The strategy for p and q, with the edges of contact and stick that it has seen.
+@dataclass(frozen=True)
+class TractionEstimate(Estimate):
+    """The error of p and q.
 
     Attributes
     ----------
-    levels : tuple of Level
-        Refinement levels of the meshes.
-    accuracy : float
-        Default of the wanted accuracy [-].
-    differences : list of float
-        Relative differences of p and q between neighbouring meshes [-].
+    apart : Difference
+        The difference from the solution on the mesh before.
+    each : dict of lists of float
+        Differences of each contact on the meshes that were solved for it [-].
+    idle : set of (body, part)
+        Secondary parts of contacts that carry nothing.
     """
 
-    accuracy, exhausted = 1e-2, ""
+    apart: Difference = field(default_factory=Difference)
+    each: dict[str, list[float]] = field(default_factory=dict)
+    idle: frozenset[tuple[int, str]] = frozenset()
 
-    def __init__(self, posed: Posed) -> None:
-        self.differences: list[float] = []
-        self.wanted, self.asked = self.accuracy, True
-        self._posed, self._bodies = posed, dict[int, GradedOutline]()
-        self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
-        self._edges: dict[str, list[Edge]] = {}
-        self._apart_of = dict[str, list[float]]()
-        self._idle, self._settled = set[tuple[int, str]](), dict[int, Level]()
+
+@dataclass(frozen=True)
+class EdgeMarks:
+    """Where the meshes of a level are graded.
+
+    Attributes
+    ----------
+    edges : dict of lists of Edge
+        Edges of contact and stick by interface.
+    idle : set of (body, part)
+        Secondary parts of contacts that carry nothing.
+    settled : dict of Level
+        Levels of bodies whose contacts are all as accurate as is wanted.
+    last : Solution or None
+        The solution whose elements at corners are halved.
+    """
+
+    edges: dict[str, list[Edge]] = field(default_factory=dict)
+    idle: frozenset[tuple[int, str]] = frozenset()
+    settled: dict[int, Level] = field(default_factory=dict)
+    last: Solution | None = None
+
+
+class Tractions(Strategy[TractionEstimate, EdgeMarks]):
+    """The strategy for p and q, with the edges of contact and stick that a solution shows.
+
+    Attributes
+    ----------
+    accuracy : float
+        Default of the wanted accuracy [-].
+    """
+
+    accuracy, first = 1e-2, EdgeMarks()
+
+    def __init__(self, posed: Posed, wanted: Wanted) -> None:
+        self._posed, self.wanted = posed, wanted
         self._sides = {side.name: (side.body, side.part) for side in posed.interfaces}
         outlines = [as_outline(boundary, "--adapt").joined for boundary in posed.boundaries]
         self._pressed = pressed_sides(outlines, posed.interfaces)
@@ -84,159 +115,104 @@ class Tractions(Strategy):
     @property
     def levels(self) -> tuple[Level, ...]:
         """The levels of `CONTACT_LADDER` that the wanted accuracy needs."""
-        return CONTACT_LADDER.reaching(self.wanted)
+        return CONTACT_LADDER.reaching(self.wanted.accuracy)
 
-    def refine(self, number: int, posed: Body, boundary: Boundary, level: Level) -> LevelMesh:
-        """Return a mesh graded to corners, to the user's points and to edges on secondary parts."""
-        if number not in self._bodies:
+    @functools.cached_property
+    def _bodies(self) -> list[GradedOutline]:
+        """The data of each body, with the corners that press on it and loads of later steps."""
+        result = []
+        for number, boundary in enumerate(self._posed.boundaries):
+            posed = body_alone(self._posed, number, boundary)
             body = GradedOutline.from_body(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
-            self._bodies[number] = with_later_data(body, posed)
-        body, level = self._bodies[number], self._settled.get(number, level)
-        edges_on: dict[str, list[Edge]] = {}  # a part may be in several contacts
-        for name, (b, part) in self._sides.items():
-            if b == number:
-                edges_on[part] = [*edges_on.get(part, []), *self._edges.get(name, [])]
-        largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
-        for k, (side, start) in enumerate(
-            zip(body.outline.sides, body.outline.offsets, strict=True)
-        ):
-            edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
-            largest.append(self._largest(number, k, edges))
-            pressing = self._pressing_sizes(number, k, edges, level)
-            if not edges and (number, side.part) not in self._idle:
-                pressing |= body.touching_beside(k, pressing)
-            if graded := self._graded(pressing, edges, level, body, side.length):
-                inner[k] = graded
-        return body.mesh(level, largest, None, inner)
-
-    def _largest(self, number: int, k: int, edges: list[Edge]) -> float:
-        """Return the largest length of elements on a side [length]."""
-        body = self._bodies[number]
-        side = body.outline.sides[k]
-        if (number, side.part) not in self._sides.values():
-            return np.inf
-        if not self._last:
-            points = body.meets_at_points(k, limit_of("far apart"))
-            return np.inf if points else side.whole / UNSEEN
-        return np.inf if edges or (number, side.part) in self._idle else SMOOTH * body.scale
-
-    def _graded(
-        self,
-        pressing: dict[float, float],
-        edges: list[Edge],
-        level: Level,
-        body: GradedOutline,
-        length: float,
-    ) -> list[tuple[float, float]]:
-        """Return the points inside a side to which its mesh is graded, and the smallest elements
-        there.
-
-        They are pressing corners and rough points of the gap, with the sizes that are given, and
-        edges that do not coincide with these or with an end of the side.
-        """
-        corners, finest = list[tuple[float, float]](), FINEST * body.scale
-        for s, size in sorted(pressing.items()):
-            # points of two contacts may differ by round-off only
-            if not corners or s - corners[-1][0] > size:
-                corners.append((s, max(size, finest)))
-        fixed = [Edge(s, np.inf) for s, _ in corners]
-        sizes = [
-            (edge.s, max(level.edge * edge.width, finest))
-            for edge in edges
-            if is_apart(edge, fixed, level.edge, finest)
-        ]
-        return sorted([*corners, *((s, size) for s, size in sizes if size < s < length - size)])
-
-    def _pressing_sizes(
-        self, number: int, k: int, edges: list[Edge], level: Level
-    ) -> dict[float, float]:
-        """Return the element sizes at pressing corners, kinks and jumps of the gap inside a side
-        [length].
-
-        They are no larger than at an edge of a contact that reaches as near to the point as such
-        elements do, and at most `FINER` times those on the last mesh.
-        """
-        body, pressed, result = self._bodies[number], self._pressed[number], dict[float, float]()
-        size = body.corner_size(PUNCH, level.resolved)
-        for s in (*pressed.inner.get(k, []), *pressed.kinks.get(k, [])):
-            widths = [e.width for e in edges if abs(e.s - s) <= 2.0 * e.width + size]
-            result[s] = min([size, *(level.edge * width for width in widths)])
-            if self._last:
-                mesh = as_curve(list(self._last[-1].meshes.values())[number])
-                on_part = mesh.part == mesh.part_names.index(body.outline.sides[k].part)
-                begins = np.abs(mesh.side_start[on_part] - body.outline.offsets[k] - s)
-                last = float(mesh.length[on_part][begins.argmin()])
-                result[s] = min(result[s], FINER * last)
+            result.append(with_later_data(body, posed))
         return result
 
-    def start(self, problem: PreparedProblem) -> Start | None:
-        """Return a start with the zones of the last solution, or None."""
-        seen = self._last and problem.discrete.sides
-        return warm_start(self._last[-1], problem.discrete) if seen else None
-
-    def mark(self, solution: Solution, level: Level) -> None:
-        """Store the edges of a solution, to which the next mesh is graded."""
-        if self._last:
-            self._apart = difference(self._last[-1], solution, self._places)
-            self.differences.append(self._apart.inside)
-        self._last, self._level = [solution], level
-        self._bodies = {
-            number: body.after(as_curve(mesh))
-            for (number, body), mesh in zip(
-                sorted(self._bodies.items()), solution.meshes.values(), strict=True
-            )
-        }
-        self._edges = self._edges_of(solution)
-        self._idle = set(self._sides.values()) - {
+    def estimate(
+        self, tried: Tried[EdgeMarks], before: TractionEstimate | None
+    ) -> TractionEstimate:
+        """Return the largest error of all contacts: the last difference, which is the error of the
+        mesh before; of one difference alone twice that, see `CONTACT_LADDER`."""
+        solution, marks = tried.solution, tried.meshes.marks
+        idle = frozenset(self._sides.values()) - {
             self._sides[name]
             for step in solution.steps
             for name, pair in step.pairs.items()
             if pair.size.max(initial=0.0) > unloaded(self._posed)
         }
-        if self.differences:
-            self._settle(level)
+        if before is None:
+            return TractionEstimate(tried, math.inf, idle=idle)
+        apart = difference(before.solution, solution, self._places)
+        differences = [*before.differences, apart.inside]
+        each = {
+            # of settled bodies the mesh is the one before
+            side.name: [*before.each.get(side.name, []), apart.each[side.name]]
+            if set(side.bodies) - marks.settled.keys()
+            else before.each[side.name]
+            for side in self._posed.interfaces
+        }
+        found = TractionEstimate(tried, math.inf, differences, apart, each, idle)
+        if CONTACT_LADDER.believes(differences, self.wanted.accuracy):
+            error = max(2.0 * differences[0], self.levels[tried.meshes.level].error)
+        else:
+            error = max(self._errors(found).values(), default=believed(differences))
+        return replace(found, error=error)
 
-    def _settle(self, level: Level) -> None:
-        """Keep the level of bodies whose contacts are all as accurate as is wanted."""
-        bodies = {side.name: set(side.bodies) for side in self._posed.interfaces}
-        for name, both in bodies.items():
-            if both - self._settled.keys():  # else its mesh is the one before
-                self._apart_of.setdefault(name, []).append(self._apart.each[name])
-        errors = self._errors()
-        left = {b for name, both in bodies.items() if errors[name] > self.wanted for b in both}
-        every = set[int]().union(*bodies.values())
-        self._settled = {b: self._settled.get(b, level) for b in every - left}
-
-    def _errors(self) -> dict[str, float]:
+    def _errors(self, estimate: TractionEstimate) -> dict[str, float]:
         """Return the error of each contact by `believed`, 0 of one that carries nothing."""
         return {
-            name: 0.0 if self._sides[name] in self._idle else believed(differences)
-            for name, differences in self._apart_of.items()
+            name: 0.0 if self._sides[name] in estimate.idle else believed(differences)
+            for name, differences in estimate.each.items()
         }
 
-    def mark_failed(self, solution: Solution) -> bool:
-        """Store the edges of the contact in a rejected solution that overlaps beside it; return
-        whether there are any."""
-        failed = solution.failed
-        if failed is None or "overlap between nodes" not in wants_smaller_elements(failed.findings):
-            return super().mark_failed(solution)
-        self._edges, self._idle = self._edges_of(replace(solution, steps=solution.tried)), set()
-        self._settled.clear()
-        return any(self._edges.values())
+    def marks(self, estimate: TractionEstimate) -> EdgeMarks:
+        """Return the edges of a solution, to which the next meshes are graded."""
+        meshes = estimate.tried.meshes
+        return EdgeMarks(
+            self._edges(estimate.solution, meshes.level, bool(estimate.differences)),
+            estimate.idle,
+            self._settled(estimate) if estimate.differences else {},
+            estimate.solution,
+        )
 
-    def _edges_of(self, solution: Solution) -> dict[str, list[Edge]]:
+    def _settled(self, estimate: TractionEstimate) -> dict[int, Level]:
+        """Return the levels of bodies whose contacts are all as accurate as is wanted."""
+        meshes, errors = estimate.tried.meshes, self._errors(estimate)
+        bodies = {side.name: set(side.bodies) for side in self._posed.interfaces}
+        left = {
+            b for name, both in bodies.items() if errors[name] > self.wanted.accuracy for b in both
+        }
+        every = set[int]().union(*bodies.values())
+        level = self.levels[meshes.level]
+        return {b: meshes.marks.settled.get(b, level) for b in every - left}
+
+    def marks_after_failure(
+        self, tried: Tried[EdgeMarks], estimate: TractionEstimate | None
+    ) -> EdgeMarks | None:
+        """Return the edges of the contact in a rejected solution that overlaps beside it, or the
+        next level if elements are too large."""
+        failed = tried.solution.failed
+        if failed is None or "overlap between nodes" not in wants_smaller_elements(failed.findings):
+            return super().marks_after_failure(tried, estimate)
+        accepted = 0 if estimate is None else estimate.tried.meshes.level
+        seen = estimate is not None and bool(estimate.differences)
+        edges = self._edges(replace(tried.solution, steps=tried.solution.tried), accepted, seen)
+        last = None if estimate is None else estimate.solution
+        return EdgeMarks(edges, last=last) if any(edges.values()) else None
+
+    def _edges(self, solution: Solution, level: int, seen: bool) -> dict[str, list[Edge]]:
+        """Return the edges that a solution on a level shows; on first meshes, that have seen no
+        edges, by what narrow contacts carry."""
         finest = {
             name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
         }
-        return edges_of_steps(solution, self._level.edge, finest, self._narrow)
+        moved = None if seen else self._narrow
+        return edges_of_steps(solution, self.levels[level].edge, finest, moved)
 
     def _narrow(
         self, solution: Solution, name: str, pair: PairResult, seen: list[Edge]
     ) -> list[Edge]:
-        """Return the edges of a pair, those of the first mesh by what narrow contacts carry."""
-        if self.differences:
-            return seen
+        """Return the edges of a pair on a first mesh, by what narrow contacts carry."""
         side = next(side for side in self._posed.interfaces if side.name == name)
         mesh, order = solution.meshes[solution.sides[name][0]], np.argsort(pair.arc_length)
         load = pair.pressure * mesh.measure[solution.nodes[name]]
@@ -246,21 +222,113 @@ class Tractions(Strategy):
         closed = (pair.state != OPEN)[order]
         return contact.edges(seen, pair.arc_length[order], load[order], closed)
 
-    @property
-    def estimate(self) -> float:
-        """Estimated error of the last mesh, the largest of all contacts: the last difference, which
-        is the error of the mesh before; of one difference alone twice that, see `CONTACT_LADDER`
-        [-]."""
-        if not CONTACT_LADDER.believes(self.differences, self.wanted):
-            return max(self._errors().values(), default=believed(self.differences))
-        return max(2.0 * self.differences[0], self._level.error)
+    def meshes(self, marks: EdgeMarks, level: int) -> Meshes[EdgeMarks]:
+        """Return meshes graded to corners, to the user's points and to edges on secondary parts."""
+        if level == len(self.levels):
+            return Meshes(marks, level)
+        made = [
+            self._mesh(marks, b, marks.settled.get(b, self.levels[level]))
+            for b in range(len(self._bodies))
+        ]
+        missed = max(each.missed for each in made)
+        start = no_start
+        if marks.last is not None and self._sides:
+            start = functools.partial(warm_start, marks.last)
+        return Meshes(marks, level, [each.mesh for each in made], missed, start=start)
 
-    def shown(self) -> dict[str, Any]:
+    def _mesh(self, marks: EdgeMarks, number: int, level: Level) -> LevelMesh:
+        body = self._bodies[number]
+        if marks.last is not None:
+            body = body.after(as_curve([*marks.last.meshes.values()][number]))
+        own = _OwnMarks(marks, number, body, level)
+        edges_on: dict[str, list[Edge]] = {}  # a part may be in several contacts
+        for name, (b, part) in self._sides.items():
+            if b == number:
+                edges_on[part] = [*edges_on.get(part, []), *marks.edges.get(name, [])]
+        largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
+        for k, (side, start) in enumerate(
+            zip(body.outline.sides, body.outline.offsets, strict=True)
+        ):
+            edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
+            largest.append(self._largest(own, k, edges))
+            pressing = own.pressing_sizes(self._pressed[number], k, edges)
+            if not edges and (number, side.part) not in marks.idle:
+                pressing |= body.touching_beside(k, pressing)
+            if graded := own.graded(pressing, edges, side.length):
+                inner[k] = graded
+        return body.mesh(own.level, largest, None, inner)
+
+    def _largest(self, own: _OwnMarks, k: int, edges: list[Edge]) -> float:
+        """Return the largest length of elements on a side [length]."""
+        side = own.body.outline.sides[k]
+        if (own.number, side.part) not in self._sides.values():
+            return np.inf
+        if own.marks.last is None:
+            points = own.body.meets_at_points(k, limit_of("far apart"))
+            return np.inf if points else side.whole / UNSEEN
+        settled = edges or (own.number, side.part) in own.marks.idle
+        return np.inf if settled else SMOOTH * own.body.scale
+
+    def shown(self, estimate: TractionEstimate) -> dict[str, Any]:
         """Return fields of `Accuracy`: edges of contact and stick, and the errors at ends of
         parts."""
-        edges = {name: [edge.s for edge in items] for name, items in self._edges.items()}
-        ends = {"with_ends": self._apart.whole, "singular": self._apart.singular}
-        return {"edges": edges, **(ends if self.differences else {})}
+        seen = self.marks(estimate).edges.items()
+        edges = {name: [edge.s for edge in items] for name, items in seen}
+        ends = {"with_ends": estimate.apart.whole, "singular": estimate.apart.singular}
+        return {"edges": edges, **(ends if estimate.differences else {})}
+
+
+@dataclass(frozen=True)
+class _OwnMarks:
+    """What is marked on one body, and the level of its mesh."""
+
+    marks: EdgeMarks
+    number: int
+    body: GradedOutline
+    level: Level
+
+    def graded(
+        self, pressing: dict[float, float], edges: list[Edge], length: float
+    ) -> list[tuple[float, float]]:
+        """Return the points inside a side to which its mesh is graded, and the smallest elements
+        there.
+
+        They are pressing corners and rough points of the gap, with the sizes that are given, and
+        edges that do not coincide with these or with an end of the side.
+        """
+        corners, finest = list[tuple[float, float]](), FINEST * self.body.scale
+        for s, size in sorted(pressing.items()):
+            # points of two contacts may differ by round-off only
+            if not corners or s - corners[-1][0] > size:
+                corners.append((s, max(size, finest)))
+        fixed, smallest = [Edge(s, np.inf) for s, _ in corners], self.level.edge
+        sizes = [
+            (edge.s, max(smallest * edge.width, finest))
+            for edge in edges
+            if is_apart(edge, fixed, smallest, finest)
+        ]
+        return sorted([*corners, *((s, size) for s, size in sizes if size < s < length - size)])
+
+    def pressing_sizes(
+        self, pressed: PressedSides, k: int, edges: list[Edge]
+    ) -> dict[float, float]:
+        """Return the element sizes at pressing corners, kinks and jumps of the gap inside a side
+        [length].
+
+        They are no larger than at an edge of a contact that reaches as near to the point as such
+        elements do, and at most `FINER` times those on the last mesh.
+        """
+        size, result = self.body.corner_size(PUNCH, self.level.resolved), dict[float, float]()
+        for s in (*pressed.inner.get(k, []), *pressed.kinks.get(k, [])):
+            widths = [e.width for e in edges if abs(e.s - s) <= 2.0 * e.width + size]
+            result[s] = min([size, *(self.level.edge * width for width in widths)])
+            if self.marks.last is not None:
+                mesh = as_curve([*self.marks.last.meshes.values()][self.number])
+                on_part = mesh.part == mesh.part_names.index(self.body.outline.sides[k].part)
+                begins = np.abs(mesh.side_start[on_part] - self.body.outline.offsets[k] - s)
+                last = float(mesh.length[on_part][begins.argmin()])
+                result[s] = min(result[s], FINER * last)
+        return result
 
 
 def with_pressing_corners(body: GradedOutline, pressed: PressedSides) -> GradedOutline:
@@ -305,7 +373,7 @@ def edges_of_steps(
     solution: Solution,
     smallest: float,
     finest: dict[str, float],
-    moved: Callable[[Solution, str, PairResult, list[Edge]], list[Edge]],
+    moved: Callable[[Solution, str, PairResult, list[Edge]], list[Edge]] | None = None,
 ) -> dict[str, list[Edge]]:
     """Return the edges of every interface at the ends of all steps, and of earlier increments.
 
@@ -318,19 +386,21 @@ def edges_of_steps(
         edges = {True: list[Edge](), False: list[Edge]()}
         for step in solution.steps:
             seen = pair_edges(step.pairs[name], smallest, finest[name])
-            edges[id(step) in last] += moved(solution, name, step.pairs[name], seen)
+            if moved is not None:
+                seen = moved(solution, name, step.pairs[name], seen)
+            edges[id(step) in last] += seen
         ends = merged(edges[True], FOUND * smallest, (), finest[name])
         between = sorted(edges[False], key=lambda edge: edge.s)
         result[name] = merged(between[:: 1 + len(between) // MANY], smallest, ends, finest[name])
     return result
 
 
-def warm_start(before: Solution, discrete: Discrete) -> Start:
+def warm_start(before: Solution, problem: PreparedProblem) -> Start:
     """Return v and σ of size 1 on another mesh.
 
     Their sets are the zones of a solution after its first increment.
     """
-    parts = []
+    parts, discrete = [], problem.discrete
     first = before.steps[0]
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         pair = first.pairs[side.name]
