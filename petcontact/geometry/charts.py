@@ -15,7 +15,7 @@ from ..arrays import Array
 from ..round_off import SINGLE
 from .outline import Side
 from .revolved.turned_surface import RevolvedSurface
-from .round_surfaces import CylinderSurface
+from .round_surfaces import CylinderSurface, SphereSurface
 from .surface import BOX_PARTS, BoxSurface, face_axes
 
 
@@ -86,6 +86,24 @@ def _(surface: BoxSurface, part: str, middle: Array | None = None) -> Chart:
         return x
 
     return Chart(surface.lower[uv], surface.upper[uv], at, lambda x: x[:, uv], flat=True)
+
+
+@chart_of.register
+def _(surface: SphereSurface, part: str, middle: Array | None = None) -> Chart:
+    """Angles from the middle of the part, times the radius: lines through it are great circles."""
+    axis, side = BOX_PARTS[part]
+    uv, way, end = [*face_axes(axis, side)], 2.0 * side - 1.0, 0.25 * math.pi * surface.radius
+
+    def at(place: Array) -> Array:
+        x = np.full((len(place), 3), way)
+        x[:, uv] = np.tan(place / surface.radius)
+        return surface.onto(np.zeros(1, dtype=np.int64), surface.centre + x)
+
+    def local(x: Array) -> Array:
+        away = x - surface.centre
+        return surface.radius * np.arctan2(away[:, uv], way * away[:, [axis]])
+
+    return Chart(np.full(2, -end), np.full(2, end), at, local)
 
 
 @chart_of.register

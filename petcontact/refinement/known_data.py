@@ -15,15 +15,12 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST
-from ..geometry.surface import Boundary
 from ..given.body_data import Body, Loads
 from ..given.conditions import Condition, Contact, Term
 from ..given.features import MOST_FEATURES
 from ..given.lines import OWN_SAMPLES, Line, lines_of
 from ..given.sites import Sites
-from ..given.values import Given
 from ..mesh.basis import gauss, lagrange
-from ..round_off import SINGLE
 from .levels import REFINEMENT_LEVELS
 
 ORDER = max(level.grading.order for level in REFINEMENT_LEVELS)
@@ -136,36 +133,6 @@ def varying_data(
         [replace(field, size=sizes[field.kind]) for field in row if sizes[field.kind] > 0.0]
         for row in result
     ]
-
-
-@functools.singledispatch
-def gap_edges(boundary: Boundary, part: str, gap: Given | None) -> list[Array]:
-    """Return the points (k, d) of each edge that presses on a part [length].
-
-    There the gap jumps, or has a kink that points to the part, as the apex of a wedge or, on the
-    axis of revolution, of a cone. On a face of a box all points where the gap jumps are one edge.
-    On other surfaces they are not looked for.
-    """
-    return []
-
-
-@gap_edges.register
-def _(boundary: Outline, part: str, gap: Given | None) -> list[Array]:
-    points: list[Array] = []
-    if gap is None:
-        return points
-    for number, line in enumerate(lines_of(boundary)):
-        if line.side.part == part:
-            bent, jumps = line.switches(gap)
-            slopes = [line.slope(gap, fraction, way) for fraction in bent for way in (-1.0, 1.0)]
-            pressing = np.sum(np.reshape(slopes, (-1, 2)), axis=1) > SINGLE
-            apex = [
-                float(end)
-                for k, end in boundary.axis_ends
-                if k == number and line.slope(gap, end, 1.0 - 2.0 * end) > SINGLE
-            ]
-            points += [*line.side.point(np.concatenate([jumps, bent[pressing], apex]))[:, None]]
-    return points
 
 
 def _terms(conditions: Sequence[Condition], loads: Loads, line: Line) -> Iterator[tuple[str, Term]]:

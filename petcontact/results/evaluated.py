@@ -18,7 +18,7 @@ from ..fields.stress_state import StressState
 from ..given.posed import Posed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Problem
-from ..refinement.known_data import gap_edges
+from ..refinement.panels.data_lines import gap_edges
 from ..runtime.hints import Hinted, demand_name
 from .body_fields import BodyFields, states_at
 from .records import StepResult, WearHistory, step_ends

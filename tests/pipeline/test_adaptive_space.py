@@ -15,6 +15,10 @@ from petcontact import adapt, solve
 from petcontact.pipeline.adapt import budget, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
+from petcontact.pipeline.adapt.strategy import Meshes, Tried, Wanted
+from petcontact.pipeline.adapt.surface_errors import TailErrors
+from petcontact.pipeline.adapt.surfaces import PanelMarks, PanelTails, TailEstimate
+from petcontact.refinement.panels.rings import SHRINK
 
 
 def hertz():
@@ -122,3 +126,20 @@ def test_first_panels_of_a_body_that_bends_have_order_two(length, height, held, 
     posed = problem(body=[beam], obstacle=[ball], contact=[pair])
     (mesh,) = FirstMeshes(posed.posed, 4000).meshes
     assert set(mesh.order) == {order}
+
+
+def test_numbers_gain_from_band_to_band_what_bands_gain(monkeypatch):
+    """The estimate of a band's change is not compared with one by tails, which tell a multiple."""
+    coarse, fine = (
+        solve(problem(**hertz() | {"body": [block | {"mesh": {"element_size": size, "order": 1}}]}))
+        for size in (1.0, 0.75)
+        for block in hertz()["body"]
+    )
+    strategy = PanelTails(fine.posed, Wanted(1.0, asked=False))
+    monkeypatch.setattr(strategy._bands, "apart", lambda solutions, errors: 0.01)
+    estimate: TailEstimate | None = None
+    for solution in (coarse, fine):
+        estimate = strategy.estimate(Tried(Meshes(PanelMarks(), 0), None, solution), estimate)
+    assert estimate.all == pytest.approx([0.01 / SHRINK, 0.01]) and estimate.error < 0.0101
+    by_tails = TailErrors(fine).error()
+    assert by_tails[0] > 0.1 and by_tails[1] - estimate.resultants > 0.01

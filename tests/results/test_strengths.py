@@ -11,6 +11,7 @@ from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, tou
 from petcontact import solve
 from petcontact.results.strength.singular_places import singular_places
 from petcontact.results.strength.strengths import fits
+from petcontact.results.strength.touching import pressed_at
 from petcontact.sweep.quantities import unbounded_pressure
 
 
@@ -47,6 +48,40 @@ def test_a_flat_punch_without_friction(axial, left):
     (places,) = singular_places(solution, solution.last).values()
     told = [place.distance for place in places if "edge" in place.sides]
     assert told == pytest.approx([0.2] * len(edges))
+
+
+def test_the_end_of_a_roller_presses_where_it_is_in_contact():
+    """There is a place for each element in contact at the two ends, with the width of contact for
+    its size, and p has no bound there."""
+    low, high = [-4.0, -4.0, -4.0], [4.0, 4.0, 0.0]
+    mesh = {"element_size": 2.0, "element_sizes": {"top": 1.0}, "order": 1}
+    block = solid("block", cuboid(low, high), moved("bottom", [0.0] * 3), mesh=mesh)
+    ends = {"shape": "cylinder", "from": [0.0, -2.0, 5.0], "to": [0.0, 2.0, 5.0], "radius": 5.0}
+    free = {"displacement": [0.0, 0.0, "free"], "force": [0.0, 0.0, -0.2]}
+    pair = touching("c", "block.top", "roller", direction=[0.0, 0.0, 1.0])
+    solution = solve(
+        problem(body=[block], obstacle=[{"name": "roller"} | ends | free], contact=[pair])
+    )
+    (largest,) = (each for each in solution.numbers if each.name == "largest p")
+    assert largest.error == math.inf and abs(largest.place[1]) == pytest.approx(2.0)
+    places = singular_places(solution, solution.last)["block"]
+    edges = [place for place in places if "edge" in place.sides]
+    assert len(edges) == 4 and {place.elements for place in edges} <= {(74,), (77,), (82,), (85,)}
+    assert all(place.is_edge and abs(place.x[0]) < 1.0 for place in edges)
+
+
+def test_a_contact_between_two_samples_of_an_edge_is_found():
+    """Pieces are as long as the elements beside the edge, and of one line as the contact is wide;
+    in the plane they are the point at which the edge presses."""
+    samples = np.column_stack([np.arange(-9.8, 10.0, 0.4), np.full(50, 2.0), np.zeros(50)])
+    centre = np.array([[-0.05, 1.95, 0.0], [0.05, 1.95, 0.0], [0.05, 1.0, 0.0]])
+    found = pressed_at(samples, centre, np.full(3, 0.06))
+    middles = sorted(ends.mean(axis=0).tolist() for ends, _ in found)
+    assert middles == [pytest.approx([x, 2.0, 0.0]) for x in (-0.05, 0.05)]
+    for _, stretch in found:
+        assert sorted(stretch[:, 0]) == pytest.approx([-0.11, 0.11])
+    (ends, stretch), *rest = pressed_at(np.array([[1.0, 0.0]]), np.array([[0.9, 0.0]]), np.ones(1))
+    assert not rest and np.all(np.stack([ends, stretch]) == [1.0, 0.0])
 
 
 def test_an_edge_in_space_has_one_strength():

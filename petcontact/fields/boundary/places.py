@@ -64,14 +64,19 @@ def located(
     return elements, places
 
 
-def all_at(mesh: BoundaryMesh, x: Array, part: str) -> tuple[Index, Array]:
-    """Return all elements of a part that meet at a point (d,), and its places on them."""
+def all_at(mesh: BoundaryMesh, x: Array, part: str | None = None) -> tuple[Index, Array]:
+    """Return all elements, or those of a part, that meet at a point (d,), and its places on
+    them."""
     numbers, (centre, radius) = np.arange(mesh.n_elements), mesh.spheres
     close = np.linalg.norm(centre - x, axis=1) < (1.0 + TOGETHER) * radius
-    element = numbers[close & (mesh.part == mesh.part_names.index(part))]
+    if part is not None:
+        close &= mesh.part == mesh.part_names.index(part)
+    element = numbers[close]
     points, reach = np.tile(x, (len(element), 1)), TOGETHER * radius[element]
-    place, distance, _ = _on(mesh, element, points, np.arange(len(element)), reach)
-    return element[distance < reach], place[distance < reach]
+    place, distance, depth = _on(mesh, element, points, np.arange(len(element)), reach)
+    # the sphere of a large panel holds places of small ones
+    met = (distance < reach) & (depth > -TOGETHER)
+    return element[met], place[met]
 
 
 def sizes(mesh: BoundaryMesh) -> Array:
@@ -92,8 +97,7 @@ def meeting(
     """
     element, place = located(mesh, x[None], part, np.full(mesh.n_elements, within))
     foot = mesh.at(element, place)[0][0]
-    centre, radius = mesh.spheres
-    return foot, np.flatnonzero(np.linalg.norm(centre - foot, axis=1) < (1.0 + SINGLE) * radius)
+    return foot, all_at(mesh, foot)[0]
 
 
 @functools.singledispatch

@@ -11,16 +11,15 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...contact.state import Start
 from ...fields.boundary.places import all_at, located, sizes
-from ...geometry.arcs import cross
 from ...geometry.charts import Chart, chart_of
 from ...given.conditions import Displacement, Symmetry
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...refinement.panels.bands import LEVELS, banded
+from ...refinement.panels.bands import LEVELS, Laid, banded
 from ...refinement.panels.face_gaps import face_gap, opposite
-from ...refinement.panels.forecast import WIDER, Forecast, band_of, forecast_of
-from ...refinement.panels.ridge import Ridge, lowest_sample, ridge_of
+from ...refinement.panels.forecast import WIDER, Forecast, band_of, force_at, forecast_of
+from ...refinement.panels.ridge import Gap, Ridge, lowest_sample, ridge_of
 from ...refinement.panels.rings import SHRINK
 from ...refinement.panels.zone import ELONGATED, ContactBand
 from ...results.records import PairResult, StepResult, step_ends
@@ -41,12 +40,16 @@ which it lies on it [-]."""
 Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
 
 
+_Shape = tuple[list[Chart], Gap, Ridge]
+"""The charts of the faces of a contact, its gap on the first one, and the ridge of that."""
+
+
 @dataclass(frozen=True)
 class _Long:
     """A long contact: its interface, the charts of its faces, its ridge, and the expected band."""
 
     side: PosedInterface
-    charts: tuple[Chart, ...]
+    charts: list[Chart]
     ridge: Ridge
     band: ContactBand
 
@@ -79,14 +82,14 @@ class Bands:
 
     def __init__(self, posed: Posed) -> None:
         self._posed, self._boundaries = posed, posed.boundaries
-        ends = [end for side in posed.interfaces for end in side.ends]
-        self._sides = [
-            side
-            for side in posed.interfaces
-            if side.law.normal == "unilateral" and all(ends.count(end) == 1 for end in side.ends)
+        self._groups = [
+            group
+            for group in _connected(posed.interfaces)
+            if all(side.law.normal == "unilateral" for side in group)
         ]
-        self.faces = sum(len(side.bodies) for side in self._sides)
-        self._long = dict[str, _Long | None]()
+        self._sides = [side for group in self._groups for side in group]
+        self.faces = len({end for side in self._sides for end in side.ends})
+        self._long, self._shapes = dict[str, _Long | None](), dict[str, _Shape | None]()
         self.level = dict[str, int]()
         self._start, self._made = 0, dict[str, int]()
 
@@ -106,11 +109,14 @@ class Bands:
         self, solution: Solution, meshes: Sequence[SurfaceMesh], completed: Completed
     ) -> list[SurfaceMesh]:
         """Return meshes with bands that follow a solution, with more lines than before, or none."""
-        steps = step_ends(solution.steps or solution.tried)
-        forces = {}
-        for side in self._sides:
-            pairs = [step.pairs[side.name] for step in steps]
-            forces[side.name] = max(float(pair.weight @ pair.pressure) for pair in pairs)
+        steps, forces = step_ends(solution.steps or solution.tried), dict[str, float]()
+        for group in self._groups:
+            for side in group:
+                pairs = [step.pairs[side.name] for step in steps]
+                forces[side.name] = max(float(pair.weight @ pair.pressure) for pair in pairs)
+            if not any(forces[side.name] for side in group):
+                forces |= self._of_overlaps(group, steps[-1])
+                self._start = 0  # such bands show where the next ones lie
         return self._laid(meshes, forces, completed, solution)
 
     def apart(self, solutions: tuple[Solution, Solution], errors: TailErrors) -> float:
@@ -178,32 +184,54 @@ class Bands:
     ) -> tuple[list[SurfaceMesh], dict[str, int]]:
         """Return meshes with one line more in each band, and the numbers of lines."""
         made, levels = [*meshes], dict(self.level)
-        for side in self._sides:
-            level = min(self.level.get(side.name, self._start - 1) + 1, LEVELS - 1)
-            if not forces.get(side.name, 0.0) > 0.0:
-                continue
-            long = self._known(side, forces[side.name], meshes)
-            if long is None:
-                continue
-            if solution is not None and side.name in self.level:
-                long = replace(long, band=followed(long, solution))
-            new = self._on_both(made, long, level)
+        for group in self._groups:
+            longs = self._longs(group, meshes, forces, solution)
+            own = {
+                name: min(self.level.get(name, self._start - 1) + 1, LEVELS - 1) for name in longs
+            }
+            new = self._on_all(made, longs, own)
             if new is not None:
-                made, levels[side.name], self._long[side.name] = new, level, long
+                made, levels = new, levels | own
+                self._long |= longs
         return made, levels
 
-    def _on_both(
-        self, meshes: list[SurfaceMesh], long: _Long, level: int
+    def _longs(
+        self,
+        group: Sequence[PosedInterface],
+        meshes: Sequence[SurfaceMesh],
+        forces: Mapping[str, float],
+        solution: Solution | None,
+    ) -> dict[str, _Long]:
+        """Return the contacts of a group that carry anything, or none if one of them is not
+        long."""
+        result = dict[str, _Long]()
+        for side in group:
+            force = forces.get(side.name, 0.0)
+            long = self._known(side, force, meshes) if force > 0.0 else None
+            if long is None and (force > 0.0 or solution is None):
+                return {}
+            if long is not None and solution is not None and side.name in self.level:
+                long = replace(long, band=followed(long, solution))
+            if long is not None:
+                result[side.name] = long
+        return result
+
+    def _on_all(
+        self, meshes: Sequence[SurfaceMesh], longs: Mapping[str, _Long], levels: Mapping[str, int]
     ) -> list[SurfaceMesh] | None:
-        side, result = long.side, [*meshes]
-        for (body, part), chart, band in zip(
-            side.ends, long.charts, self._bands_of(long), strict=False
-        ):
-            mesh = banded(meshes[body], part, chart, band, level)
+        """Return meshes with the bands of a group on all its faces, or None without such."""
+        laid, result = dict[tuple[int, str], list[Laid]](), [*meshes]
+        for name, long in longs.items():
+            for end, chart, band in zip(
+                long.side.ends, long.charts, self._bands_of(long), strict=True
+            ):
+                laid.setdefault(end, []).append((chart, band, levels[name]))
+        for (body, part), bands in laid.items():
+            mesh = banded(result[body], part, *bands)
             if mesh is None:
                 return None
             result[body] = mesh
-        return result
+        return result if laid else None
 
     def _bands_of(self, long: _Long) -> list[ContactBand]:
         """Return the band on the secondary, and the same band on the primary, if that is a body."""
@@ -213,14 +241,9 @@ class Bands:
         chart = long.charts[1]
         x, normal = own.at(band.points), own.normal(band.points)
         places = opposite(chart, x, normal, long.side.direction)[0]
-        step = 0.1 * band.widest
-        beside = own.at(band.points + step * band.across)
-        across = opposite(chart, beside, normal, long.side.direction)[0] - places
-        across /= np.linalg.norm(across, axis=1, keepdims=True)
         way = np.gradient(places, axis=0)
-        # the faces look at one another: what is right-handed on one is left-handed on the other
-        turned = cross(across, way)
-        across = np.where(turned[:, None] > 0.0, across, -across)
+        way /= np.linalg.norm(way, axis=1, keepdims=True)
+        across = np.column_stack([way[:, 1], -way[:, 0]])
         return [band, replace(band, points=places, across=across)]
 
     def _of(self, side: PosedInterface) -> _Long:
@@ -241,29 +264,58 @@ class Bands:
         self, side: PosedInterface, force: float, meshes: Sequence[SurfaceMesh]
     ) -> _Long | None:
         """Return the contact that a force makes, or None if it is not long or has no ridge."""
-        chart, other = self._charts(side, None)
-        if chart is None or (side.primary is not None and other is None):
+        shape = self._shape(side)
+        if shape is None:
             return None
-        gap = face_gap(chart, side.law.gap, side.direction, other)
-        start = lowest_sample(gap, chart)
-        if start is None:
-            return None
-        middle = chart.at(start[None])[0]
-        chart, other = self._charts(side, middle)
-        assert chart is not None
-        gap = face_gap(chart, side.law.gap, side.direction, other)
-        ridge = ridge_of(gap, chart, chart.local(middle[None])[0])
-        if ridge is None or ridge.closed or not ridge.straight:
-            return None
-        modulus = 1.0 / self._posed.softness(side)
-        places = chart.at(ridge.points)
+        (charts, _, ridge), modulus = shape, 1.0 / self._posed.softness(side)
+        places = charts[0].at(ridge.points)
         forecast = forecast_of(ridge, places, force, modulus)
         if not _is_long(forecast):
             return None
-        charts = (chart,) if other is None else (chart, other)
         first, last = (self._mirrors(side.body, meshes, x) for x in places[[0, -1]])
         band = replace(band_of(ridge, forecast), mirrored=(first, last))
         return _Long(side, charts, ridge, band)
+
+    def _of_overlaps(self, group: Sequence[PosedInterface], step: StepResult) -> dict[str, float]:
+        """Return the forces that end overlaps between nodes, which contacts of a group share: a
+        roller may be pressed into one of two plates before it moves."""
+        shapes = {side.name: shape for side in group if (shape := self._shape(side))}
+        depths, forces = [0.0], dict[str, float]()
+        for name, (charts, gap, ridge) in shapes.items():
+            pair, least = step.pairs[name], int(ridge.gap.argmin())
+            place = charts[0].at(ridge.points[[least]])
+            near = [int(np.linalg.norm(pair.x - place, axis=1).argmin())]
+            moved = float((gap(charts[0].local(pair.x[near])) - pair.gap[near])[0])
+            depths.append(max(moved - float(ridge.gap[least]), 0.0))
+        depth = sum(depths) / len(group)
+        for side in group:
+            if side.name in shapes and 0.0 < depth < math.inf:
+                charts, _, ridge = shapes[side.name]
+                modulus = 1.0 / self._posed.softness(side)
+                forces[side.name] = force_at(ridge, charts[0].at(ridge.points), depth, modulus)
+        return forces
+
+    def _shape(self, side: PosedInterface) -> _Shape | None:
+        """Return the shape of a contact, looked for once; None if it has no straight ridge."""
+        if side.name not in self._shapes:
+            self._shapes[side.name] = self._looked_for(side)
+        return self._shapes[side.name]
+
+    def _looked_for(self, side: PosedInterface) -> _Shape | None:
+        charts = self._charts(side, None)
+        if len(charts) < len(side.ends):
+            return None
+        gap = face_gap(charts[0], side.law.gap, side.direction, *charts[1:])
+        start = lowest_sample(gap, charts[0])
+        if start is None:
+            return None
+        middle = charts[0].at(start[None])
+        charts = self._charts(side, middle[0])
+        gap = face_gap(charts[0], side.law.gap, side.direction, *charts[1:])
+        ridge = ridge_of(gap, charts[0], charts[0].local(middle)[0])
+        if ridge is None or ridge.closed or not ridge.straight:
+            return None
+        return charts, gap, ridge
 
     def _mirrors(self, body: int, meshes: Sequence[SurfaceMesh], x: Array) -> bool:
         """Return whether a face of a plane of symmetry, or on rollers, ends at a point (3,)."""
@@ -276,11 +328,21 @@ class Bands:
         there = set(meshes[body].part_names) & set(planes)
         return any(len(all_at(meshes[body], x, part)[0]) > 0 for part in there)
 
-    def _charts(
-        self, side: PosedInterface, middle: Array | None
-    ) -> tuple[Chart | None, Chart | None]:
-        own, *others = [chart_of(self._boundaries[b], part, middle) for b, part in side.ends]
-        return own, (others[0] if others else None)
+    def _charts(self, side: PosedInterface, middle: Array | None) -> list[Chart]:
+        """Return the charts of the faces of a contact that have any."""
+        found = (chart_of(self._boundaries[b], part, middle) for b, part in side.ends)
+        return [chart for chart in found if chart is not None]
+
+
+def _connected(sides: Sequence[PosedInterface]) -> list[list[PosedInterface]]:
+    """Return groups of interfaces that have no part in common with others."""
+    groups = list[list[PosedInterface]]()
+    for side in sides:
+        shares = [any(set(side.ends) & set(other.ends) for other in group) for group in groups]
+        own = [other for group, near in zip(groups, shares, strict=True) if near for other in group]
+        apart = [group for group, near in zip(groups, shares, strict=True) if not near]
+        groups = [*apart, [*own, side]]
+    return groups
 
 
 def followed(long: _Long, solution: Solution) -> ContactBand:
@@ -296,6 +358,8 @@ def followed(long: _Long, solution: Solution) -> ContactBand:
     band = long.band
     across, along = band.coordinates(long.charts[0].local(pair.x))
     force = pair.weight * pair.pressure * long.is_inside(along)
+    if not force.any():
+        return band
     usual = band.load * np.gradient(band.s) * long.is_inside(band.s)
     expected = 0.25 * float(usual @ band.half**2 / usual.sum()) / WIDER**2
     half = band.half * math.sqrt(float(force @ across**2 / force.sum()) / expected)

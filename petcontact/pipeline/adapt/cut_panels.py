@@ -15,8 +15,8 @@ from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...refinement.known_data import gap_edges
 from ...refinement.panels.cut_directions import at_edges, matched, sides
+from ...refinement.panels.data_lines import gap_edges
 from ...refinement.panels.panel_cuts import LONGER, facing, too_large
 from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.tail import FADE

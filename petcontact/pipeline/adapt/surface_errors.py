@@ -171,11 +171,12 @@ class TailErrors:
         ]
         return bending + max(shares, default=0.0)
 
-    def error(self) -> tuple[float, float]:
+    def error(self, apart: float = math.inf) -> tuple[float, float]:
         """Return the relative L2 error of u_t, or of p and q, and the relative error of resultants
         [-].
 
-        They are the largest over all interfaces and step ends. The error of p and q is the norm of
+        They are the largest over all interfaces and step ends. The error of p and q is at most
+        `apart`, by which it is known otherwise. The error of p and q is the norm of
         their tails over their own norm, with weights that fade out towards the rim of a part.
 
         The error of u_t over ‖u_t‖ is the tail of u in the contact plus the error from other faces.
@@ -192,6 +193,7 @@ class TailErrors:
             axis=0,
         ).tolist()
         if solution.kind != "bilateral":
+            worst = min(worst, apart)
             # an overlap between nodes in contact means that p and the forces are too small
             lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
             lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0

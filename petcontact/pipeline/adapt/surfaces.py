@@ -17,6 +17,7 @@ from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...refinement.panels.cut_directions import halved
 from ...refinement.panels.panel_cuts import faded, largest, wider_than
+from ...refinement.panels.rings import SHRINK
 from ...refinement.panels.small_contact import SmallContact
 from ...results.records import StepResult, step_ends
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
@@ -109,12 +110,14 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
 
     def estimate(self, tried: Tried[PanelMarks], before: TailEstimate | None) -> TailEstimate:
         """Return the error by the tails of a solution, or by its change from the bands before."""
-        errors = TailErrors(tried.solution)
-        error, resultants = errors.error()
-        if before is not None and error > self.wanted.accuracy:
+        errors, apart = TailErrors(tried.solution), math.inf
+        every = [*before.all] if before else []
+        if before is not None:
             apart = self._bands.apart((before.solution, tried.solution), errors)
-            error = min(error, math.hypot(apart, errors.of_bodies))
-        every = [*(before.all if before else []), error]
+            # numbers gain from one band to the next what bands gain
+            every[-1] = min(every[-1], apart / SHRINK)
+        error, resultants = errors.error(apart)
+        every.append(error)
         return TailEstimate(tried, error, errors=errors, resultants=resultants, all=every)
 
     def marks(self, estimate: TailEstimate) -> PanelMarks:

@@ -18,6 +18,7 @@ from ...round_off import SINGLE
 from .forecast import from_end
 from .hanging import closed
 from .rings import CORE, SHRINK
+from .tiles import tiles
 from .zone import ContactBand
 
 MARGIN = 1.4
@@ -42,41 +43,41 @@ LEVELS = 4
 """Numbers of lines between the ridge and the edge of a band, from 0."""
 
 
-def banded(
-    mesh: SurfaceMesh, part: str, chart: Chart, band: ContactBand, level: int
-) -> SurfaceMesh | None:
-    """Return the mesh with the panels of a part laid along a band, or None if they do not fit.
+Laid = tuple[Chart, ContactBand, int]
+"""A chart of a part, a band on it, and the number of lines between its ridge and its edge."""
+
+
+def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
+    """Return the mesh with the panels of a part laid along bands, or None if they do not fit.
 
     Parameters
     ----------
     mesh : SurfaceMesh
         Its other parts stay as they are.
     part : str
-    chart : Chart
-        Of the part.
-    band : ContactBand
-    level : int
-        Number of lines between the ridge and the edge.
+    *laid : tuple
+        Charts of the part, each with a band on it and the number of lines between the ridge and the
+        edge.
     """
-    laid = _laid(chart, band, level)
-    if laid is None:
-        return None
-    cells, order = _turned_less(*laid, chart)
+    charts, bands, levels = zip(*laid, strict=True)
     number = mesh.part_names.index(part)
-    points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
-    middles = points[:, 4:].copy()
-    if chart.flat:
-        middles[_straight(cells)] = np.nan
     kept = mesh.part != number
-    return closed(
-        SurfaceMesh(
-            np.concatenate([mesh.corners[kept], points[:, :4]]),
-            np.append(mesh.order[kept], order),
-            np.append(mesh.part[kept], np.full(len(points), number)),
-            mesh.part_names,
-            np.concatenate([mesh.middles[kept], middles]),
-        )
-    )
+    corners, order, middles = [mesh.corners[kept]], [mesh.order[kept]], [mesh.middles[kept]]
+    for chart, band, level in zip(own := tiles(charts, bands), bands, levels, strict=False):
+        made = _laid(chart, band, level)
+        if made is None:
+            return None
+        cells, orders = _turned_less(*made, chart)
+        points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
+        if chart.flat:
+            points[_straight(cells), 4:] = np.nan
+        corners.append(points[:, :4])
+        order.append(orders)
+        middles.append(points[:, 4:])
+    orders = np.concatenate(order)
+    parts = np.append(mesh.part[kept], np.full(len(orders) - int(kept.sum()), number))
+    pieces = np.concatenate(corners), orders, parts, mesh.part_names, np.concatenate(middles)
+    return closed(SurfaceMesh(*pieces)) if own else None
 
 
 def _laid(chart: Chart, band: ContactBand, level: int) -> tuple[Array, Index] | None:

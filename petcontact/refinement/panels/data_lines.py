@@ -1,5 +1,5 @@
-"""Lines across faces of boxes on which given data have a kink or a jump, so that panels end
-there."""
+"""Lines across faces on which given data have a kink or a jump: panels of boxes end there, and
+other bodies may press there."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ import math
 import numpy as np
 
 from ...arrays import Array
+from ...geometry.outline import Outline
 from ...geometry.same_place import TOLERANCE, distinct
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, face_axes
 from ...given.body_data import Body
 from ...given.features import kinks, uniform
+from ...given.lines import lines_of
 from ...given.sites import Sites
 from ...given.values import Given
 from ...mesh.pairs.box_faces import grid_lines, mesh_of_lines
 from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.surface_mesh import SurfaceMesh
-from ...round_off import SOLVED
-from ..known_data import gap_edges, rough_data
+from ...round_off import SINGLE, SOLVED
+from ..known_data import rough_data
 from .tail import FADE
 
 MOST_LINES = 16
@@ -79,6 +81,36 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
                 np.concatenate([result[2 * number + k], fractions]), TOLERANCE, 1.0
             )
     return result
+
+
+@functools.singledispatch
+def gap_edges(boundary: Boundary, part: str, gap: Given | None) -> list[Array]:
+    """Return the points (k, d) of each edge that presses on a part [length].
+
+    There the gap jumps, or has a kink that points to the part, as the apex of a wedge or, on the
+    axis of revolution, of a cone. On a face of a box all points where the gap jumps are one edge.
+    On other surfaces they are not looked for.
+    """
+    return []
+
+
+@gap_edges.register
+def _(boundary: Outline, part: str, gap: Given | None) -> list[Array]:
+    points: list[Array] = []
+    if gap is None:
+        return points
+    for number, line in enumerate(lines_of(boundary)):
+        if line.side.part == part:
+            bent, jumps = line.switches(gap)
+            slopes = [line.slope(gap, fraction, way) for fraction in bent for way in (-1.0, 1.0)]
+            pressing = np.sum(np.reshape(slopes, (-1, 2)), axis=1) > SINGLE
+            apex = [
+                float(end)
+                for k, end in boundary.axis_ends
+                if k == number and line.slope(gap, end, 1.0 - 2.0 * end) > SINGLE
+            ]
+            points += [*line.side.point(np.concatenate([jumps, bent[pressing], apex]))[:, None]]
+    return points
 
 
 @gap_edges.register

@@ -16,7 +16,7 @@ STEPS = 30
 
 
 def face_gap(
-    chart: Chart, given: Given | None, direction: Array | None, primary: Chart | None
+    chart: Chart, given: Given | None, direction: Array | None, primary: Chart | None = None
 ) -> Gap:
     """Return the gap as a function of places (n, 2) of the secondary's chart [length].
 

@@ -16,7 +16,16 @@ from ..evaluated import Evaluated
 from ..records import StepResult
 from ..strength.place import Place
 from ..strength.singular_places import singular_places
-from ..strength.strengths import AROUND, end_size, known, level, told_at, tops
+from ..strength.strengths import (
+    AROUND,
+    SMOOTH,
+    end_size,
+    in_doubt,
+    known,
+    level,
+    told_at,
+    tops,
+)
 from .number import Number
 from .peak_places import places_inside
 
@@ -40,9 +49,6 @@ like 1/r. Below the edge of a pressure of 100 on a bolted plate the first princi
 40 and 6 at 0.02, 0.1, 0.2 and 0.5, and 19 is the largest on the surface."""
 SMALLER = 0.8
 """Size of an element over that on the mesh before, up to which it is refined [-]."""
-SMOOTH = 1.25
-"""Stress at a place over that on the ring about it, up to which it is smooth: the ring ends at a
-tenth of the size of the feature, over which a quadratic field of that scale changes by a fifth."""
 TRIED = 8
 """Samples that are climbed from, the largest first, until one leads to a top."""
 ROUND = 25
@@ -103,7 +109,7 @@ class Samples:
             hidden = [fit.hides(self._fields.mesh, size, elsewhere) for fit, size in sizes_of]
             ends = stress > elsewhere
             # a K of a few elements that may be 0 may be made by a smooth stress
-            doubt = any(hidden) and all(fit.spread > abs(fit.value) for fit in own)
+            doubt = any(hidden) and in_doubt(own)
             if doubt and not self._grows(key, place, min(fit.power for fit in own)):
                 ends, hidden = False, [0.0]
             if not own:  # no more is known than what lies next to it

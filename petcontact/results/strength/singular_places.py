@@ -46,6 +46,7 @@ from .touching import (
     firmness,
     kind_of,
     partner_of,
+    pressed_at,
     shears_differ,
 )
 
@@ -114,12 +115,19 @@ class _Body:
             for number, points in enumerate(solution.gap_edges[side.name], 1)
         ]
 
-    def _size(self, x: Array, corner: int | None = None) -> float:
-        """The size of the feature at a point, or at a corner by its number [length]."""
+    def _size(self, x: Array, corner: int | None = None, stretch: Array | None = None) -> float:
+        """The size of the feature at a point, or at a corner by its number [length].
+
+        Of a stretch (2, d) of an edge of the other body its length counts, not its points."""
         corners = self._corners
         # of a body of revolution the ring goes on beyond the axis
-        others = *self._mesh.images(x[None]), *(points for points, _ in self._edges)
-        away = [np.linalg.norm(points - x, axis=1) for points in others]
+        others = np.vstack([*self._mesh.images(x[None]), *(points for points, _ in self._edges)])
+        away = [np.linalg.norm(others - x, axis=1)]
+        if stretch is not None:
+            length = float(np.linalg.norm(stretch[1] - stretch[0]))
+            way = (stretch[1] - stretch[0]) / (length or 1.0)
+            off = others - x - np.outer((others - x) @ way, way)
+            away = [away[0] * (np.linalg.norm(off, axis=1) > SINGLE * self._whole), [length]]
         if corner is None:
             away.append(np.linalg.norm(corners.x - x, axis=1))
         else:
@@ -140,38 +148,41 @@ class _Body:
                 )
 
     def at_edges_of_gaps(self) -> Iterator[Place]:
-        """Yield each place where an edge of the other body presses."""
-        mesh = self._mesh
-        for x, where in ((x, where) for points, where in self._edges for x in points):
-            elements = meeting(mesh, x, float(sizes(mesh).min()))[1]
-            # a jump may lie inside the next element
-            near = 2.0 * float(sizes(mesh)[elements].max())
-            nodes = np.flatnonzero(self._is_closed())
-            nodes = nodes[np.linalg.norm(mesh.x[nodes] - x, axis=1) < near]
-            if not len(nodes):
-                continue
-            inward = -mesh.normal[nodes[0]]
-            ways = mesh.x[nodes] - x
-            ways -= np.outer(ways @ inward, inward)
-            along = np.mean(ways / np.linalg.norm(ways, axis=1)[:, None], axis=0)
-            size, does = float(np.linalg.norm(along)), self._touched(nodes, along, inward)
-            # where both sides press, as under an apex, stress grows like a logarithm
-            one = size > MOST and does is not None
-            kinds = (does.kind if isinstance(does, Touching) else CLAMPED, FREE)
-            expansions = (corner_expansion(math.pi, self.kappa, *kinds, True),) if one else ()
-            frame, numbers = (along / max(size, SINGLE), inward), tuple(elements.tolist())
-            yield Place(
-                self._name,
-                np.array([x, x]),
-                numbers,
-                where,
-                self._size(x),
-                *frame,
-                math.pi,
-                expansions,
-                True,
-                core_of(x, (does,)),
-            )
+        """Yield a place for each element in contact beside which an edge of the other body
+        presses."""
+        mesh, closed = self._mesh, np.flatnonzero(self._is_closed())
+        centre, radius = mesh.spheres
+        own = np.unique(mesh.element[closed])
+        for points, where in self._edges:
+            for ends, stretch in pressed_at(points, centre[own], radius[own]):
+                x = ends.mean(axis=0)
+                elements = meeting(mesh, x, float(radius.min()))[1]
+                # a jump may lie inside the next element
+                near = 2.0 * float(radius[elements].max())
+                nodes = closed[np.linalg.norm(mesh.x[closed] - x, axis=1) < near]
+                if not len(nodes):
+                    continue
+                inward = -mesh.normal[nodes[0]]
+                ways = mesh.x[nodes] - x
+                ways -= np.outer(ways @ inward, inward)
+                along = np.mean(ways / np.linalg.norm(ways, axis=1)[:, None], axis=0)
+                size, does = float(np.linalg.norm(along)), self._touched(nodes, along, inward)
+                # where both sides press, as under an apex, stress grows like a logarithm
+                one = size > MOST and does is not None
+                kinds = (does.kind if isinstance(does, Touching) else CLAMPED, FREE)
+                yield Place(
+                    self._name,
+                    ends,
+                    tuple(elements.tolist()),
+                    where,
+                    self._size(x, stretch=stretch),
+                    along / max(size, SINGLE),
+                    inward,
+                    math.pi,
+                    (corner_expansion(math.pi, self.kappa, *kinds, True),) if one else (),
+                    True,
+                    core_of(x, (does,)),
+                )
 
     def at_corners(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
         """Yield its corners that have no bound, and what they press on smooth sides of others."""

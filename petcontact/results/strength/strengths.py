@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -29,6 +30,9 @@ K is."""
 MATTERS = 0.01
 """Share of an element from its end up to which stress grows beyond what is elsewhere, for it to
 matter in the whole element: with λ = 0.7 it is a quarter of that in its middle."""
+SMOOTH = 1.25
+"""Stress at a place over that on the ring about it, up to which it is smooth: the ring ends at a
+tenth of the size of the feature, over which a quadratic field of that scale changes by a fifth."""
 TOP, AROUND = 0.5, 5
 """Distance within which no value is larger than a top, over that from the next place without a
 bound, and how many of the nearest are no larger: the two on either side along a curve."""
@@ -153,8 +157,13 @@ def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
             for expansion in place.expansions:
                 values = sides.fit(expansion)
                 spreads = functools.cache(functools.partial(_spreads, sides, expansion, values))
-                for k, mode in enumerate(expansion.modes):
-                    found.append(Fit(place, expansion, mode, values[k], across, spreads, k))
+                own = [
+                    Fit(place, expansion, mode, values[k], across, spreads, k)
+                    for k, mode in enumerate(expansion.modes)
+                ]
+                # what presses does not pull: such a fit is one of something else
+                pulls = place.pressed and own[0].value < 0.0 and own[0].value < -own[0].spread
+                found += [replace(fit, value=math.nan) for fit in own] if pulls else own
     return found
 
 
@@ -196,6 +205,11 @@ def known(solution: Evaluated, step: StepResult, place: Place) -> list[Fit]:
     """The modes of a place whose K is known."""
     own = (fit for fit in fits(solution, step) if fit.place is place)
     return [fit for fit in own if math.isfinite(fit.value)]
+
+
+def in_doubt(own: Sequence[Fit]) -> bool:
+    """Whether all K of the modes of a place may be 0."""
+    return all(fit.spread > abs(fit.value) for fit in own)
 
 
 def tops(x: Array, values: Array, nearest: Array, usable: Mask) -> Iterator[int]:
@@ -253,10 +267,14 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
         if grows > elsewhere:
             endless.append((grows, place.x))
         hidden |= _hidden(mesh, own, r, elsewhere)
-    top = mesh.element[solution.nodes[of][first_largest(values)]]
+    element, kept = mesh.element[solution.nodes[of]], np.where(hidden, 0.0, values)
+    top = first_largest(kept)
+    ends = [*itertools.chain(*(place.elements for place in away))]
+    rises = kept[top] > SMOOTH * values[~np.isin(element, ends)].max(initial=0.0)
     # under an apex pressure grows like a logarithm, which has no K
-    for place in away:
-        if top in place.elements and not known(solution, step, place):
+    for place in (each for each in away if element[top] in each.elements):
+        own = known(solution, step, place)
+        if not own or (rises and in_doubt(own)):
             endless.append((0.0, place.x))
     return Beside(hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1])
 

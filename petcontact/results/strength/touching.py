@@ -19,6 +19,8 @@ from ...round_off import SINGLE
 from ..records import PairResult
 from .corners import Corners
 
+LINE = 3
+"""Points of an edge that say which way it runs: the nearest one, and one on either side."""
 MISMATCH = 0.23
 """Difference of two known shears at a right angle, over the root of the mean square of the body's
 tractions, from which on stress has no bound there. It adds as much as that traction at a thousandth
@@ -113,6 +115,42 @@ def facing_nodes(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple
     away -= np.sum(away * normal, axis=1)[:, None] * normal
     faces = np.linalg.norm(away, axis=1) < (1.0 + SINGLE) * size[rows]
     return nodes[faces], rows[faces]
+
+
+def pressed_at(points: Array, centre: Array, radius: Array) -> list[tuple[Array, Array]]:
+    """The pieces (2, d) of an edge beside elements, and the stretches (2, d) of all pieces on one
+    line.
+
+    Parameters
+    ----------
+    points : (k, d) array
+        Of the edge; in the plane it is one point, and so are pieces and stretches [length].
+    centre, radius : (n, d) and (n,) arrays
+        Of spheres around the elements [length].
+    """
+    tree = scipy.spatial.cKDTree(points)
+    nearest = points[tree.query(centre)[1]]
+    near = points[tree.query(nearest, range(1, min(LINE, len(points)) + 1))[1]]
+    middle = near.mean(axis=1)
+    _, size, ways = np.linalg.svd(near - middle[:, None], full_matrices=False)
+    way = ways[:, 0] * (size[:, :1] > 0.0)
+    foot = middle + np.sum((centre - middle) * way, axis=1)[:, None] * way
+    away, kept = np.linalg.norm(foot - centre, axis=1) / radius, list[int]()
+    for k in np.argsort(away, kind="stable").tolist():
+        apart = np.linalg.norm(foot[kept] - foot[k], axis=1)
+        if away[k] < 2.0 and np.all(apart > 0.5 * radius[k]):
+            kept.append(k)
+    return [_piece(foot[kept], radius[kept], j, way[k]) for j, k in enumerate(kept)]
+
+
+def _piece(foot: Array, radius: Array, number: int, way: Array) -> tuple[Array, Array]:
+    """One of the pieces of an edge about feet (n, d), along a unit vector, and its stretch."""
+    along = (foot - foot[number]) @ way
+    off = np.linalg.norm(foot - foot[number] - np.outer(along, way), axis=1)
+    ends = (along + np.array([[-1.0], [1.0]]) * radius)[:, off < 0.5 * radius[number]]
+    stretch = [ends.min(), ends.max()]
+    own = np.outer([-radius[number], radius[number], *stretch], way) + foot[number]
+    return own[:2], own[2:]
 
 
 def shears_differ(

@@ -7,7 +7,7 @@ import pytest
 
 from petcontact import Revolved
 from petcontact.geometry.charts import chart_of
-from petcontact.geometry.round_surfaces import CylinderSurface
+from petcontact.geometry.round_surfaces import CylinderSurface, SphereSurface
 from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
@@ -95,13 +95,13 @@ def test_a_ridge_ends_where_the_gap_jumps_or_the_face_ends(text, ends, across):
 def test_panels_fill_the_face_once(text, level):
     chart, ridge, forecast = expected(text)
     mesh = box_mesh(BOX, lambda part: 2.0, 1, 1.0)
-    made = banded(mesh, "top", chart, band_of(ridge, forecast), level)
+    made = banded(mesh, "top", (chart, band_of(ridge, forecast), level))
     nodes = made.nodes_of("top")
     assert made.weight[nodes].sum() == pytest.approx(36.0, rel=1e-12)
     x, weight = made.x[nodes], made.weight[nodes]
     assert weight @ x[:, 0] ** 2 == pytest.approx(36.0 * 3.0, rel=1e-9)
     assert np.all(made.normal[nodes, 2] == 1.0)
-    longer = banded(mesh, "top", chart, band_of(ridge, forecast), level)
+    longer = banded(mesh, "top", (chart, band_of(ridge, forecast), level))
     assert longer.n_elements == made.n_elements
 
 
@@ -113,7 +113,7 @@ def test_where_a_plane_of_symmetry_ends_a_band_it_is_not_graded():
     assert band.infinite == (True, True) and mirrored.infinite == (False, True)
     ends = []
     for each in (band, mirrored, replace(band, mirrored=(True, True))):
-        made = banded(mesh, "top", chart, each, 0)
+        made = banded(mesh, "top", (chart, each, 0))
         ends.append(made.weight[made.nodes_of("top")].min())
         assert made.weight[made.nodes_of("top")].sum() == pytest.approx(36.0, rel=1e-12)
     assert ends[0] == pytest.approx(ends[1], rel=1e-9) and ends[2] > 1.9 * ends[1]
@@ -131,7 +131,7 @@ def test_panels_of_a_cylinder_lie_on_it():
     assert ridge.curvature == pytest.approx(0.2, rel=1e-3)
     assert forecast.sharp == (True, True)
     assert forecast.ends[1] - forecast.ends[0] == pytest.approx(10.0)
-    made = banded(round_mesh(surface, 3.0, 1), "side", chart, band_of(ridge, forecast), 1)
+    made = banded(round_mesh(surface, 3.0, 1), "side", (chart, band_of(ridge, forecast), 1))
     nodes = made.nodes_of("side")
     radius = np.hypot(made.x[nodes, 1], made.x[nodes, 2] - 5.0)
     assert np.abs(radius - 5.0).max() < 5.0 * 2e-3
@@ -160,3 +160,40 @@ def test_the_upper_half_of_an_o_ring_is_unrolled_as_one():
         for x, y in ((1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0))
     ]
     assert chart_of(Revolved(shape="revolved", angle=30.0, loops=[bent]).outline(), "skin") is None
+
+
+def test_two_bands_on_one_roller_have_half_of_its_side_each():
+    """Between two plates: each half is filled once, with the same panels as the other one."""
+    surface = CylinderSurface(np.array([-5.0, 0, 0]), np.array([5.0, 0, 0]), 5.0)
+    laid = []
+    for way, low in ((-1.0, -11.0), (1.0, 5.0)):
+        plate = BoxSurface(np.array([-8.0, -6.0, low]), np.array([8.0, 6.0, low + 6.0]))
+        chart = chart_of(surface, "side", np.array([0.0, 0.0, 5.0 * way]))
+        other = chart_of(plate, "top" if way < 0.0 else "bottom")
+        ridge = ridge_of(face_gap(chart, None, np.array([0.0, 0.0, way]), other), chart)
+        forecast = forecast_of(ridge, chart.at(ridge.points), 500.0, 1e5)
+        laid.append((chart, band_of(ridge, forecast), 0))
+    mesh = round_mesh(surface, 3.0, 1)
+    alone, both = (banded(mesh, "side", *some) for some in (laid[:1], laid))
+    nodes = both.nodes_of("side")
+    assert both.weight[nodes].sum() == pytest.approx(100.0 * np.pi, rel=1e-3)
+    above = both.x[nodes, 2] > 0.0
+    assert both.weight[nodes][above].sum() == pytest.approx(50.0 * np.pi, rel=1e-3)
+    assert np.count_nonzero(above) == np.count_nonzero(~above)
+    assert np.sort(both.weight[nodes])[0] == pytest.approx(
+        alone.weight[alone.nodes_of("side")].min(), rel=1e-6
+    )
+    assert banded(mesh, "side", laid[0], laid[0]) is None  # bands that meet
+
+
+def test_parts_of_a_sphere_are_unrolled_by_angles():
+    surface = SphereSurface(np.array([1.0, 0.0, 2.0]), 2.0)
+    place = np.array([[0.0, 0.0], [0.5, -1.0], [-1.5, 1.5]])
+    for part in surface.parts:
+        chart = chart_of(surface, part)
+        x = chart.at(place)
+        assert np.linalg.norm(x - surface.centre, axis=1) == pytest.approx(2.0)
+        assert chart.local(x) == pytest.approx(place)
+        assert chart.normal(place) == pytest.approx((x - surface.centre) / 2.0, abs=1e-6)
+    rim = chart.at(np.array([chart.high]))
+    assert np.abs(rim - surface.centre) == pytest.approx(2.0 / np.sqrt(3.0))

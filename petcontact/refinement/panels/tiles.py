@@ -1,0 +1,60 @@
+"""Pieces of a face with several bands, one band on each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Array
+from ...geometry.charts import Chart
+from ...round_off import SINGLE
+from .zone import ContactBand
+
+
+def tiles(charts: Sequence[Chart], bands: Sequence[ContactBand]) -> list[Chart]:
+    """Return the charts of bands, each cut half-way to the other bands.
+
+    There are none where bands meet, or where the pieces do not cover the face once.
+
+    Parameters
+    ----------
+    charts : sequence of Chart
+        Of one face, each for one band.
+    bands : sequence of ContactBand
+    """
+    result, corners = list[Chart](), [_corners(band) for band in bands]
+    for k, (chart, own) in enumerate(zip(charts, corners, strict=True)):
+        box, sides = (own.min(axis=0), own.max(axis=0)), np.array([chart.low, chart.high])
+        for other in (j for j in range(len(bands)) if j != k):
+            for there in _seen(chart, charts[other].at(corners[other])):
+                gaps = np.array([box[0] - there.max(axis=0), there.min(axis=0) - box[1]])
+                side, axis = np.unravel_index(int(gaps.argmax()), gaps.shape)
+                if not gaps[side, axis] > 0.0:
+                    return []
+                half_way = box[side][axis] + (side - 0.5) * gaps[side, axis]
+                sides[side, axis] = (max, min)[side](sides[side, axis], half_way)
+        wraps = chart.wraps and len(bands) == 1
+        result.append(replace(chart, low=sides[0], high=sides[1], wraps=wraps))
+    whole, *area = (float(np.prod(each.high - each.low)) for each in (charts[0], *result))
+    return result if abs(sum(area) - whole) < SINGLE * whole else []
+
+
+def _corners(band: ContactBand) -> Array:
+    """Return the corners (4, 2) of a band [length]."""
+    points, across = band.at(np.array(band.ends))
+    return np.concatenate([points - band.widest * across, points + band.widest * across])
+
+
+def _seen(chart: Chart, points: Array) -> Iterator[Array]:
+    """Yield the coordinates of points (n, 3) that are near to one another on a chart; where it goes
+    round also those before and after a turn."""
+    place, turn = chart.local(points), float(chart.high[0] - chart.low[0])
+    if not chart.wraps:
+        yield place
+        return
+    away = place[:, 0] - place[0, 0]
+    place[:, 0] = place[0, 0] + (away + 0.5 * turn) % turn - 0.5 * turn
+    for turns in (-1.0, 0.0, 1.0):
+        yield place + turns * turn * np.eye(2)[0]
