@@ -19,7 +19,7 @@ from ..given.posed import Posed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Problem
 from ..refinement.panels.data_lines import gap_edges
-from ..runtime.hints import Hinted, demand_name
+from ..runtime.hints import Hinted, Listed, demand_name
 from .body_fields import BodyFields, states_at
 from .records import StepResult, WearHistory, step_ends
 from .report import Accuracy, Finding, Provenance
@@ -56,6 +56,9 @@ class Evaluated(Hinted):
     coarser: Evaluated | None = field(default=None, repr=False, compare=False)
     undivided: Evaluated | None = field(default=None, repr=False, compare=False)
     paths: tuple[Evaluated, ...] = field(default=(), repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "steps", Listed(self.steps))  # steps["press"]: its increments
 
     @property
     def tried(self) -> list[StepResult]:
