@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import numpy as np
 
 from .arrays import LARGEST_NUMBER, LONGEST_NAME
 from .errors import InputError, PetcontactError
+from .record import record
 
 LARGEST_WHOLE = 2**31
 """Numbers of things that are counted."""
@@ -24,7 +24,7 @@ KINDS = {"f": ("real numbers", "fiu"), "i": ("whole numbers", "iu"), "U": ("name
 """Of arrays by the letter of numpy's: in words, and the letters that will do."""
 
 
-@dataclass(frozen=True)
+@record
 class Stored:
     """What an array must be.
 

@@ -4,7 +4,6 @@ that they leave free."""
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.rotation import lifted
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..record import record, replace
 from ..round_off import ROUNDED, SOLVED
 
 TINY = 1e-4
@@ -22,7 +22,7 @@ LEFT = 0.1
 large one is taken out."""
 
 
-@dataclass(frozen=True)
+@record
 class BoundaryData:
     """Known values at each of n nodes in K load states, in d orthogonal directions for each node.
 

@@ -3,7 +3,6 @@ mesh, or a kernel's integrals."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,13 +10,14 @@ import numpy as np
 from .. import native
 from ..arrays import Array, Index, ranked
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..record import record, replace
 from .kernel import ColumnData, Kernel
 
 ROWS = 512
 """Number of targets whose kernels are in memory at a time."""
 
 
-@dataclass(frozen=True)
+@record
 class PlainFiller:
     """A `ColumnFiller` that calls the integrals of any kernel."""
 

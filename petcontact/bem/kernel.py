@@ -6,20 +6,20 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..given.tables.material import Material
+from ..record import record
 
 COMPONENTS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
 """Order of the components of symmetric tensors in 2 and 3 dimensions: xx, yy, xy and xx, yy, zz,
 xy, xz, yz."""
 
 
-@dataclass(frozen=True)
+@record
 class ColumnData:
     """Data by which columns of the boundary operators are made from G and H.
 
@@ -71,7 +71,7 @@ class ColumnFiller(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@record
 class Kernel(abc.ABC):
     """Kelvin's solution of a material in d dimensions, integrated over the elements of a mesh.
 

@@ -10,13 +10,13 @@ of length and stress.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..record import record, replace
 from .boundary_data import BoundaryData
 from .kernel import ColumnData, ColumnFiller, Kernel
 from .kernels import column_filler
@@ -26,7 +26,7 @@ RESIDUAL_NODES = 4096
 """Number of nodes whose kernels a residual keeps in memory at a time."""
 
 
-@dataclass(frozen=True)
+@record
 class BoundaryOperators:
     """The mixed operator A_0, the contact columns G_Ct and the load as blocks of exact entries.
 

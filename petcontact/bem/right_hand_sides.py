@@ -9,11 +9,11 @@ Telles, L. C. Wrobel, Boundary Element Techniques, Springer 1984, section 6.3).
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Index, ranked
+from ..record import record
 from ..round_off import ROUNDED
 from .boundary_data import BoundaryData
 
@@ -21,7 +21,7 @@ Columns = tuple[Index, Array, Array, Array]
 """Nodes (q,), tractions over the scale and displacements (q, d), and amplitudes (q, K)."""
 
 
-@dataclass(frozen=True)
+@record
 class RightHandSides:
     """Columns beside A_0, each of one node: G times a traction minus (½ + H) times a displacement
     there.

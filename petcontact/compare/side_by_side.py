@@ -30,6 +30,7 @@ from ..model.problem import Problem
 from ..pipeline.run import described, prepare
 from ..pipeline.steps.start import carried_over
 from ..pipeline.steps.step_loop import first_increment
+from ..record import record
 from ..results.solution import read_result
 from ..runtime.hints import demand_name
 from ..runtime.petsc import options
@@ -70,7 +71,7 @@ def named_contenders(word: str) -> list[str]:
     return named or [word]
 
 
-@dataclass(frozen=True)
+@record
 class Trial:
     """One run.
 

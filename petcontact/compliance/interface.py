@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -14,10 +13,11 @@ import scipy
 from ..arrays import Array, Index
 from ..geometry.rotation import lifted
 from ..mesh.pairs.mortar import rounded
+from ..record import record
 from .body.eliminated import ElasticBody
 
 
-@dataclass(frozen=True)
+@record
 class Interface:
     """The contact of a part of a body with a part of another body, an obstacle, or fixed ground.
 
@@ -192,7 +192,7 @@ def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
     return np.asarray(np.searchsorted(body.contact, nodes))
 
 
-@dataclass(frozen=True)
+@record
 class ContactMaps:
     """Maps between vectors along a body's contact directions (k m_c, ...) and along those of all
     interfaces (k M, ...).

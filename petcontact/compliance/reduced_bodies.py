@@ -14,7 +14,7 @@ import copy
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,12 +25,12 @@ from ..mesh.curve_mesh import CurveMesh, as_curve
 from .body.eliminated import ElasticBody
 from .composed import ComposedSystem, Joint
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
-from .half_space import LARGEST, HalfSpace, half_space
 from .interface import ContactMaps, contact_maps, directions_looked_for, places, slices
 from .interface import Interface as Interface
-from .layer.kernel import Strip, body_thickness, strips
-from .layer.operator import LayerOperator
 from .robin_solves import shared_by
+
+if TYPE_CHECKING:
+    from .layer.kernel import Strip
 
 
 class BodiesSystem:
@@ -245,6 +245,9 @@ class BodiesSystem:
         of half spaces, if there are at most `LARGEST` nodes.
         """
         if not self._layer:
+            from .half_space import LARGEST, HalfSpace
+            from .layer.operator import LayerOperator
+
             if all(isinstance(body.mesh, CurveMesh) for body in self.bodies):
                 measure = np.concatenate(
                     [self.bodies[i.body].mesh.measure[i.nodes] for i in self.interfaces]
@@ -258,6 +261,8 @@ class BodiesSystem:
         return copy.copy(self._layer[0]) if self._layer else None
 
     def _half_spaces(self) -> Array:
+        from .half_space import half_space
+
         identity = np.eye(self.k * self.size)
         total = np.zeros((self.k * self.size, self.k * self.size))
         for body, maps in zip(self.bodies, self._maps, strict=True):
@@ -266,6 +271,8 @@ class BodiesSystem:
         return total
 
     def _strips(self) -> list[Strip]:
+        from .layer.kernel import body_thickness, strips
+
         result: list[Strip] = []
         for where, face in zip(self.slices, self.interfaces, strict=True):
             others: tuple[tuple[float, float], ...] = ()

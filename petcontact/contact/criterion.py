@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 from ..round_off import HALF, ROUNDED, SOLVED, SUMMED, of_vectors
 from .friction_law import contact_norm, group_norms, ratio
 from .law_protocol import ContactLaw, law_residual
@@ -24,7 +24,7 @@ FLOOR = 1e-3
 example is a contact in which all nodes stick."""
 
 
-@dataclass(frozen=True)
+@record
 class Criterion:
     """The stopping criterion of section 5 of the paper, and two others.
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
+from ..record import record
 from ..round_off import CHAINED
 from .active_set.block_factors import BlockFactors
 from .criterion import (
@@ -30,7 +31,7 @@ from .state import ContactState, History, Monitor, Start
 from .system import ContactSystem, is_monolithic
 
 
-@dataclass(frozen=True)
+@record
 class Iteration:
     """Stopping criterion, start and monitor of a contact method.
 

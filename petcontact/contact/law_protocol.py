@@ -9,12 +9,12 @@ the members of `ContactLaw` and give it to any contact method; those of `Limited
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from ..arrays import Array, States
+from ..record import record
 from ..round_off import HALF
 from .friction_law import lengths
 
@@ -79,7 +79,7 @@ class ContactLaw(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@record
 class Admissible:
     """Convex limits on the tractions of each node, for any displacement; infinite where there is
     none.

@@ -3,13 +3,13 @@ or Tresca friction."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from .. import native
 from ..arrays import Array, Mask, States
+from ..record import record
 from .friction_law import ball_derivative, lengths, project_ball
 from .law_protocol import SLIP, STICK, Admissible, ContactLaw, friction_bound
 from .linearisation import Linearisation
@@ -23,7 +23,7 @@ bound. At the edge of contact the shear could be anything up to the bound. A bou
 at once leaves problems without a solution; here a thousandth of it as pressure reaches it."""
 
 
-@dataclass(frozen=True)
+@record
 class Tresca:
     """Bilateral contact of one body, u_n = 0, with a given friction bound: Π(τ) = [τ]_g,
     (2.5)-(2.6).
@@ -82,7 +82,7 @@ class Tresca:
         return self.bound
 
 
-@dataclass(frozen=True)
+@record
 class SignoriniCoulomb:
     """Normal and tangential contact: p = max(τ_n, 0), or τ_n where bilateral, and [τ_t] on the ball
     of radius r(p).

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from .. import native
 from ..arrays import Array, Mask, States
+from ..record import record
 from .law_protocol import ContactLaw
 
 _TRACTION = native.function("petcontact_first_traction", "iiDDDDBBDDD")
 _LINEARISE = native.function("petcontact_linearise", "iiDDDDBB")
 
 
-@dataclass(frozen=True)
+@record
 class Linearisation:
     """Π linearised at τ⁰ (m, k): σ = derivative y + constant with y = σ - ρv.
 

@@ -8,7 +8,6 @@ nodes, of one body or relative to its partner. σ is the traction on them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol, TypeGuard
 
@@ -16,11 +15,12 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Mask
+from ..record import record, replace
 from ..round_off import CHAINED, SUMMED
 from .linearisation import Linearisation as Linearisation
 
 
-@dataclass(frozen=True)
+@record
 class Modes:
     """Rigid motions that only contact holds: v = u_0 + S σ + M α, with E σ + f = 0.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from ..arrays import LARGEST_COORDINATE
 from ..errors import InputError
 from ..given.tables.base import regular_file
+from ..record import record
 
 LARGEST = 500_000_000
 """Bytes."""
@@ -49,7 +50,7 @@ Face = tuple[int, int]
 """Element and number of its face, from 0."""
 
 
-@dataclass(frozen=True)
+@record
 class Keyword:
     """One keyword with its parameters, in capitals, and data lines as words."""
 

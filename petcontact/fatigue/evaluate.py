@@ -3,7 +3,6 @@ of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import scipy
 
 from ..arrays import Array
 from ..errors import InputError
+from ..record import record, replace
 from ..results.data import SolutionData
 from ..results.numbers.peaks import stress_name
 from ..results.records import below
@@ -26,7 +26,7 @@ LAYERS = 6
 """Depths below the surface, denser towards it."""
 
 
-@dataclass(frozen=True)
+@record
 class Found:
     """A parameter at the places of one body: `value` (n,), and `normal` (n, 3) of critical planes
     where it has these."""
@@ -36,7 +36,7 @@ class Found:
     normal: Array | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Fatigue:
     """A parameter over a cycle.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
@@ -11,6 +9,7 @@ from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
 from ..errors import InputError
 from ..fields.boundary.places import best_places
+from ..record import record
 from ..results.body_fields import BodyFields, states_at
 from ..results.data import SolutionData
 from ..results.evaluated import NOWHERE
@@ -18,7 +17,7 @@ from ..results.records import StepResult
 from ..runtime.hints import demand_name
 
 
-@dataclass(frozen=True)
+@record
 class Sites:
     """Points of one body, and their stress over a cycle.
 

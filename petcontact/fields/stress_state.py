@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Rows
+from ..record import record
 
 
-@dataclass(frozen=True)
-class StressState:
+@record
+class StressState(Rows):
     """Displacement and stress at points.
 
     Attributes
@@ -87,7 +86,7 @@ class StressState:
         return values
 
 
-@dataclass(frozen=True)
+@record
 class Field(StressState):
     """Displacement and stress at points of a body, and the cells between the points.
 

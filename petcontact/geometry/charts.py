@@ -6,12 +6,12 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 from ..round_off import SINGLE
 from .outline import Side
 from .revolved.turned_surface import RevolvedSurface
@@ -19,7 +19,7 @@ from .round_surfaces import CylinderSurface, SphereSurface
 from .surface import BOX_PARTS, BoxSurface, face_axes
 
 
-@dataclass(frozen=True)
+@record
 class Chart:
     """A rectangle in coordinates (u, v) [length], right-handed seen from outside the body.
 

@@ -11,7 +11,6 @@ import math
 import re
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array, Index
 from ..errors import InputError
+from ..record import record
 from ..round_off import SINGLE
 from ..stored import Stored, check_declared, checked, demand_unique, foreign
 from .surface import Boundary
@@ -53,7 +53,7 @@ SCHEMA = {
 NOT_IN_A_PART = re.compile(r"[./]")
 
 
-@dataclass(frozen=True)
+@record
 class CondensedSurface(Boundary):
     """The contact surface of a body, and its condensed stiffness or compliance.
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
+from ..record import field, record, replace
 from ..round_off import WRITTEN
 from .outline import Outline, Side
 
 
-@dataclass(frozen=True)
+@record
 class Meridian(Outline):
     """The outline of a body of revolution without what lies on the axis: chains of sides.
 
@@ -63,7 +63,7 @@ class Meridian(Outline):
         return _image(loop[0]), _image(loop[-1])
 
 
-@dataclass(frozen=True)
+@record
 class TwistedMeridian(Meridian):
     """That of a body that turns about its axis, too."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 from ..round_off import SUMMED, TINY
 
 NEIGHBOURS = 5
@@ -24,7 +24,7 @@ REPLICAS = 16
 """Of measurements: the root of a mean square is known to 1/√32, a fifth of it."""
 
 
-@dataclass(frozen=True)
+@record
 class Noise:
     """What the noise of points does to a curve near them.
 

@@ -9,13 +9,13 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
+from ..record import record, replace
 from ..round_off import ROUNDED
 from .arcs import (
     arc_lengths,
@@ -41,7 +41,7 @@ HULL = 24.0
 """Perimeter of the convex hull over the unit of length of logarithms."""
 
 
-@dataclass(frozen=True)
+@record
 class Side:
     """A straight line or a circular arc from `start` to `end`, the body on its left.
 
@@ -122,7 +122,7 @@ def arc(start: Array, end: Array, alpha: float, part: str) -> list[Side]:
     return [Side(a, b, part, curvature) for a, b in itertools.pairwise(points)]
 
 
-@dataclass(frozen=True)
+@record
 class Outline(Boundary):
     """The boundary of a body: loops of sides, the outer one counter-clockwise, holes clockwise.
 

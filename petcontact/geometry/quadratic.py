@@ -4,12 +4,12 @@ folds."""
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from .. import native
 from ..arrays import Array
+from ..record import record
 from ..round_off import SOLVED
 
 REFERENCE = {
@@ -99,7 +99,7 @@ def position(shape: Array, local: Array) -> tuple[Array, Array]:
     return parts[0], np.stack(parts[1:], axis=-2)
 
 
-@dataclass(frozen=True)
+@record
 class QuadraticCells:
     """Quadratic cells of one shape; local coordinates are those of the reference element.
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..record import record
 
 Axial = float | Array
 """A rotation or a moment: a number in the plane, (3,) in space."""
 
 
-@dataclass(frozen=True)
+@record
 class Motions:
     """The rigid motions that bodies of a kind may have.
 

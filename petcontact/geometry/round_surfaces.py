@@ -4,12 +4,12 @@ fine."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..record import record
 from .arcs import check_digits
 from .surface import BOX_PARTS, SolidSurface, face_axes
 
@@ -61,7 +61,7 @@ class RoundSurface(SolidSurface):
         def cells(self, size: float) -> Iterator[tuple[int, Array]]: ...
 
 
-@dataclass(frozen=True)
+@record
 class SphereSurface(RoundSurface):
     """A sphere in six parts, named like the faces of the box around it [length]."""
 
@@ -105,7 +105,7 @@ class SphereSurface(RoundSurface):
         )
 
 
-@dataclass(frozen=True)
+@record
 class CylinderSurface(RoundSurface):
     """A cylinder between the centres of two discs, `bottom` and `top`, with its `side` [length]."""
 

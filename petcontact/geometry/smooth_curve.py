@@ -7,13 +7,13 @@ import itertools
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
 import scipy
 
 from ..arrays import Array
+from ..record import field, record, replace
 from ..round_off import TINY
 from .arcs import turn_between
 from .noise import Noise, noise_of
@@ -72,7 +72,7 @@ def quiet(build: Any, *arguments: Any, **options: Any) -> Any:
         return build(*arguments, **options)
 
 
-@dataclass(frozen=True)
+@record
 class SmoothCurve:
     """A cubic spline near points, in the order given, with continuous curvature.
 
@@ -229,7 +229,7 @@ class SmoothCurve:
         return along, np.copysign(np.maximum(np.abs(bend), FLAT / self.length), bend)
 
 
-@dataclass(frozen=True)
+@record
 class SmoothSide(Side):
     """A piece of a smooth curve, from one parameter of it to another.
 

@@ -3,7 +3,6 @@ closedness are checked."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ import scipy
 
 from ..arrays import Array, Index, Mask, shown
 from ..errors import InputError
+from ..record import field, record
 from ..round_off import CHAINED
 from .arcs import check_digits
 from .crossings import first_crossing, winding
@@ -102,7 +102,7 @@ class SolidSurface(Boundary):
     dim = components = 3
 
 
-@dataclass(frozen=True)
+@record
 class BoxSurface(SolidSurface):
     """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top
     z+ [length]."""
@@ -121,7 +121,7 @@ class BoxSurface(SolidSurface):
         return float(np.linalg.norm(self.upper - self.lower))
 
 
-@dataclass(frozen=True)
+@record
 class FacetSurface(SolidSurface):
     """Facets, counter-clockwise seen from outside.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..record import record
 from .conditions import Condition
 from .tables.material import Material
 from .tables.solver_options import MeshOptions
@@ -13,7 +14,7 @@ NO_RISE = Number("loads.temperature", 0.0)
 """The temperature of a body that nothing heats."""
 
 
-@dataclass(frozen=True)
+@record
 class PointForce:
     """A force [force/length, in space force] at a point inside a body [length]."""
 
@@ -21,7 +22,7 @@ class PointForce:
     force: tuple[float, ...]
 
 
-@dataclass(frozen=True)
+@record
 class Loads:
     """Loads of the volume of a body.
 

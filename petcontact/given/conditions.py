@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 from .interface_data import Law
 from .sites import Sites
 from .values import Given
 
 
-@dataclass(frozen=True)
+@record
 class Term:
     """Vectors of one kind that are given on a part.
 
@@ -68,7 +67,7 @@ class Term:
         return -known * normal if self.is_pressure else known
 
 
-@dataclass(frozen=True)
+@record
 class Displacement:
     """A part with given displacements.
 
@@ -100,7 +99,7 @@ class Displacement:
         return (Term("displacement", self.value), *loads)
 
 
-@dataclass(frozen=True)
+@record
 class Traction:
     """A part with given tractions, by component or as a pressure [stress]."""
 
@@ -116,7 +115,7 @@ class Traction:
         return (Term("traction", self.value or ()),)
 
 
-@dataclass(frozen=True)
+@record
 class Symmetry:
     """A part in a plane of symmetry."""
 
@@ -124,7 +123,7 @@ class Symmetry:
     terms: tuple[Term, ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Periodic:
     """A part of which the partner is the same one moved along; u grows by the jump [length]."""
 
@@ -134,7 +133,7 @@ class Periodic:
     terms: tuple[Term, ...] = ()
 
 
-@dataclass(frozen=True)
+@record
 class Contact:
     """A part that touches another one, or the ground, under a law."""
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..arrays import Array
+from ..record import record
 from .values import Given
 
 FRICTION = ("friction_coefficient", "friction_bound")
@@ -12,7 +11,7 @@ PLACED = (*FRICTION, "interference", "clearance")
 """Keys of a contact that steps change, and that may vary with the place."""
 
 
-@dataclass(frozen=True)
+@record
 class Law:
     """What holds where two parts meet.
 
@@ -59,7 +58,7 @@ class Law:
         return self.friction_coefficient is not None or self.friction_bound is not None
 
 
-@dataclass(frozen=True)
+@record
 class PosedInterface:
     """One interface of a problem.
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
 from ..geometry.outline import Outline, Side
+from ..record import record
 from .features import SAMPLES, SMOOTH, kinks
 from .sites import Sites
 from .values import Given
@@ -21,7 +21,7 @@ Values = Callable[[Array], Array]
 """Function from fractions (n,) of a side to values (n, c)."""
 
 
-@dataclass(frozen=True)
+@record
 class Line:
     """A side of an outline, along which data are given.
 

@@ -9,12 +9,13 @@ from typing import Any, Literal, Protocol
 
 from ..geometry.rotation import Motions
 from ..geometry.surface import Boundary
+from ..record import record
 from .body_data import Body
 from .interface_data import PosedInterface
 from .tables.solver_options import Bem, Method
 
 
-@dataclass(frozen=True)
+@record
 class Step:
     """One load step.
 
@@ -40,7 +41,7 @@ WHOLE_LOAD = Step("load")
 """The step of a problem that names none."""
 
 
-@dataclass(frozen=True)
+@record
 class Cycle:
     """Steps that are done again and again while contacts wear.
 

@@ -9,7 +9,6 @@ import functools
 import itertools
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import cast
 
 import numpy as np
@@ -20,6 +19,7 @@ from ..geometry.fillets import rounded
 from ..geometry.noise import Noise
 from ..geometry.outline import Side
 from ..geometry.smooth_curve import SmoothCurve, SmoothSide
+from ..record import field, record
 from ..round_off import ROUNDED, WRITTEN
 from .shapes import Crossing, Shape
 
@@ -31,7 +31,7 @@ NEWTON = 10
 """Most steps of Newton's method, or halvings where it leaves its chord; mostly four are enough."""
 
 
-@dataclass(frozen=True)
+@record
 class Profile(Shape):
     """What lies to the left of a closed loop, or behind an open curve.
 
@@ -96,7 +96,7 @@ class Profile(Shape):
         return np.where(met, enter, np.inf), np.where(met, leave, -np.inf)
 
 
-@dataclass(frozen=True)
+@record
 class RoundedPolygon(Profile):
     """A closed loop of straight sides and arcs.
 
@@ -210,7 +210,7 @@ class RoundedPolygon(Profile):
         return np.asarray(first.min(axis=1))
 
 
-@dataclass(frozen=True)
+@record
 class CurveProfile(Profile):
     """A smooth curve, with the body on its left where it is closed.
 
@@ -288,7 +288,7 @@ class CurveProfile(Profile):
         return np.asarray(np.where(off[:, 0] < off[:, 1], along[:, 0], along[:, 1]))
 
 
-@dataclass(frozen=True)
+@record
 class Extruded(Shape):
     """A profile in space, the same all along a direction.
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ..arrays import Array
+from ..record import record
 from .shapes import Ball, Crossing, Rod, Shape, between
 
 
-@dataclass(frozen=True)
+@record
 class RoundedBox(Shape):
     """A box in space whose edges and corners have a radius, or are sharp.
 

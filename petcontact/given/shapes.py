@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
 from ..geometry.noise import Noise
+from ..record import record
 from .features import where_zero
 from .sites import Sites, Way
 from .values import Given, as_given
@@ -51,7 +51,7 @@ class Shape(ABC):
         return Noise()
 
 
-@dataclass(frozen=True)
+@record
 class Ball(Shape):
     """A disc in the plane, a ball in space."""
 
@@ -69,7 +69,7 @@ class Ball(Shape):
         return _around(middle, off, self.radius)
 
 
-@dataclass(frozen=True)
+@record
 class HalfSpace(Shape):
     """All points behind a plane, in the plane behind a straight line; the normal points out."""
 
@@ -92,7 +92,7 @@ class HalfSpace(Shape):
         return enter, np.where(meets, np.inf, -np.inf), np.zeros(len(x))
 
 
-@dataclass(frozen=True)
+@record
 class Rod(Shape):
     """A cylinder in space between two flat ends, or a bore, which is open at its ends."""
 
@@ -149,7 +149,7 @@ def _around(middle: Array, off: Array, radius: float) -> Crossing:
     return enter, leave, middle
 
 
-@dataclass(frozen=True)
+@record
 class Aimed:
     """A shape as the nodes of a contact see it.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 
 
-@dataclass(frozen=True)
+@record
 class Sites:
     """Some points with what expressions may use there.
 

@@ -10,7 +10,6 @@ import abc
 import functools
 import inspect
 import math
-from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,13 +18,14 @@ import simpleeval
 from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
 from ..geometry.noise import Noise
+from ..record import field, record
 from ..runtime.hints import nearest
 from .expressions import FUNCTIONS, parse_expression, plain_value, shown
 from .features import degree, features_of, uniform
 from .sites import Sites, Way
 
 
-@dataclass(frozen=True)
+@record
 class Given(abc.ABC):
     """A datum of a problem as a function of the place.
 

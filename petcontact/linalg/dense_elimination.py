@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -11,6 +10,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..errors import SolverError
+from ..record import record
 from .blocked_lu import direct_type
 from .dense_matrix import on_memory
 from .ksp import LinearSolver
@@ -20,7 +20,7 @@ PREFIX = "elastic_"
 """Of the options of the elimination's KSP."""
 
 
-@dataclass(frozen=True)
+@record
 class _Block:
     """A group of unknowns that no equation couples with the others.
 

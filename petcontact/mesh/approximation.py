@@ -9,7 +9,6 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ import scipy
 
 from ..arrays import Array, Index, Rows
 from ..given.values import Given
+from ..record import record
 from .boundary_mesh import BoundaryMesh
 from .pairs.ray_casting import Faces
 from .rough_places import rough_places
@@ -51,7 +51,7 @@ Function = Callable[[Index, Array, Array, Array], Array]
 """Function that returns values (q, c) at positions on elements, from points and normals (q, d)."""
 
 
-@dataclass(frozen=True)
+@record
 class Samples:
     """Quadrature points on a part, and the values of a function there.
 
@@ -160,10 +160,7 @@ def sampled(
     name : hashable
         Name of the function on this part, by which the mesh stores the samples.
     """
-    samples: Samples | None = mesh.functions.get((part, name))
-    if samples is None:
-        samples = mesh.functions[part, name] = _sampled(mesh, part, function, data)
-    return samples
+    return mesh.once(("samples", part, name), lambda: _sampled(mesh, part, function, data))
 
 
 def _sampled(mesh: BoundaryMesh, part: str, function: Function, data: Sequence[Given]) -> Samples:
@@ -234,7 +231,7 @@ def approximated(samples: Samples, nodes: Index, nodal: Array, accepted: float) 
     return samples.projected(nodes) if samples.misses(on_mesh, accepted) else nodal
 
 
-@dataclass(frozen=True)
+@record
 class Cells(Rows):
     """Boxes in the reference coordinates of faces, and a function at points of each.
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import abc
 import functools
-from collections.abc import Hashable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -13,10 +12,11 @@ import numpy as np
 from ..arrays import Array, Index
 from ..geometry.rotation import Motions
 from ..given.sites import Sites
+from ..record import Keeping, record
 from .pairs.ray_casting import Faces
 
 
-@dataclass(frozen=True)
+@record
 class Batch:
     """Elements of one kind as the kernels need them, and the numbers of their nodes.
 
@@ -27,7 +27,7 @@ class Batch:
     nodes: Index
 
 
-class BoundaryMesh(abc.ABC):
+class BoundaryMesh(Keeping, abc.ABC):
     """Elements on the boundary of a body in d dimensions, collocated at nodes inside of them.
 
     What all meshes share follows from the elements' order and part and the nodes' element.
@@ -117,11 +117,6 @@ class BoundaryMesh(abc.ABC):
     def of_forces(self) -> str:
         """Whether forces of plane bodies are per length or whole, in words; nothing for others."""
         return ""
-
-    @functools.cached_property
-    def functions(self) -> dict[Hashable, Any]:
-        """Samples of functions on parts, stored by the part and the function's name."""
-        return {}
 
     @property
     def n_nodes(self) -> int:

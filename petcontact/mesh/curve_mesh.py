@@ -4,7 +4,6 @@ normals."""
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,13 +14,14 @@ from ..errors import InputError
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..geometry.outline import hull_scale, round_loops
 from ..geometry.rotation import PLANE, Motions
+from ..record import field, record
 from .basis import COINCIDE, gauss, lagrange, legendre
 from .boundary_mesh import Batch, BoundaryMesh
 from .elements import Elements, Targets
 from .pairs.intersections import Curves
 
 
-@dataclass(frozen=True)
+@record
 class CurveMesh(BoundaryMesh):
     """Discontinuous elements on an outline, collocated at their Gauss points: the `BoundaryMesh` of
     a plane body.

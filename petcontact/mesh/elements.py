@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array, Index, Mask, Rows
+from ..record import record
 
 
-@dataclass(frozen=True)
+@record
 class Elements(Rows):
     """Elements of one order.
 
@@ -41,7 +40,7 @@ class Elements(Rows):
         return np.not_equal(self.curvature, 0.0)
 
 
-@dataclass(frozen=True)
+@record
 class Targets:
     """Points at which the potentials of elements are computed.
 

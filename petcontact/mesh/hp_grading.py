@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from ..arrays import Array, Index, shown
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..linalg.nearest import within
+from ..record import record
 from .curve_building import build_mesh
 from .curve_mesh import CurveMesh
 from .grading import LARGEST_MESH, at_ends, cut_equally, largest_turn, turn
@@ -42,7 +42,7 @@ meet."""
 Resolve = Callable[[int, Array, Index], tuple[Array, Index]]
 
 
-@dataclass(frozen=True)
+@record
 class Grading:
     """How elements shrink towards marks.
 
@@ -62,7 +62,7 @@ class Grading:
     largest: float = 1.0
 
 
-@dataclass(frozen=True)
+@record
 class Marks:
     """Marked points of one side.
 

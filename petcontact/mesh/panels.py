@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Index, Rows
+from ..record import record
 from .basis import gauss
 
 HIGHEST_ORDER = 3
@@ -77,7 +77,7 @@ def monomial_slopes(points: Array, exponents: Array) -> Array:
     return np.stack([exponents[:, c] * monomials(points, lowered[c]) for c in range(2)], axis=-1)
 
 
-@dataclass(frozen=True)
+@record
 class Panels(Rows):
     """Flat panels of one shape and order, each with a frame and the polynomials of its basis.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ..arrays import Array, Index
 from ..geometry.rotation import REVOLUTION, TORSION, Motions, lifted
+from ..record import record
 from .basis import lagrange
 from .curve_mesh import CurveMesh
 
@@ -18,7 +18,7 @@ AXIS = 1e-5
 of u_r' is the square of this distance; that of u_r/r is the error of integrals, 1e-9, over it."""
 
 
-@dataclass(frozen=True)
+@record
 class RingMesh(CurveMesh):
     """A mesh of the generating curve of a body of revolution; x is r and y is z.
 
@@ -92,7 +92,7 @@ class RingMesh(CurveMesh):
         )
 
 
-@dataclass(frozen=True)
+@record
 class TwistedRingMesh(RingMesh):
     """A `RingMesh` of a body that also turns about its axis.
 

@@ -6,7 +6,6 @@ Panels need not match across edges.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +14,7 @@ import scipy
 from ..arrays import Array, Index, ranked
 from ..geometry.rotation import SPACE, Motions
 from ..geometry.surface import CUTS
+from ..record import field, record
 from .basis import COINCIDE
 from .boundary_mesh import Batch, BoundaryMesh
 from .curved.curved_panels import CurvedPanels, make_curved_panels
@@ -26,7 +26,7 @@ TRIANGLE, CURVED = 4, 8
 """Added to the order of triangles (`TRIANGLE`) and of curved panels (`CURVED`) to make the kind."""
 
 
-@dataclass(frozen=True)
+@record
 class SurfaceMesh(BoundaryMesh):
     """Discontinuous panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
 

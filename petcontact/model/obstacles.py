@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import pydantic
 
 from ..errors import InputError
 from ..geometry.rotation import Motions as Kind
 from ..given.posed import HOLD
-from ..given.shapes import Aimed
 from ..given.tables.base import (
     Directed,
     Direction,
@@ -23,7 +22,9 @@ from ..given.tables.base import (
     Vector,
 )
 from ..given.tables.points import Columns, Rows
-from .tools import check_keys, shape_of
+
+if TYPE_CHECKING:
+    from ..given.shapes import Aimed
 
 
 def _components(allowed: str, *words: str) -> pydantic.BeforeValidator:
@@ -179,6 +180,8 @@ class Obstacle(Model):
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_shape(self) -> Obstacle:
+        from .tools import check_keys
+
         check_keys(self)
         return self
 
@@ -191,6 +194,9 @@ class Obstacle(Model):
             If the problem has no such shape, or it is not one of revolution in an axial problem.
         """
         assert self.shape is not None
+        from ..given.shapes import Aimed
+        from .tools import shape_of
+
         return Aimed(self.name, self.shape, shape_of(self, axial), direction, self.hollow)
 
     def motions(self, kind: Kind) -> list[Any]:

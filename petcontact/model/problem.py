@@ -130,6 +130,8 @@ class OneBody(Setting):
 
 OWN = tuple(name for name in OneBody.model_fields if name not in Setting.model_fields)
 """Keys of the one body of a file without [[body]]."""
+HOW = {"method", "bem", "petsc"}
+"""Keys that say how a problem is solved, from which nothing of what is solved follows."""
 
 
 class Problem(Setting):
@@ -440,7 +442,10 @@ class Problem(Setting):
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
         copy = super().model_copy(update=changes, deep=deep)
         # they follow from what may have changed
-        for key in ("interfaces", "bodies", "posed", "obstacles_at", "twisted"):
+        others = (
+            () if changes.keys() <= HOW else ("interfaces", "bodies", "obstacles_at", "twisted")
+        )
+        for key in ("posed", *others):
             copy.__dict__.pop(key, None)
         return copy
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
+from ..record import record
 from ..runtime.memory import physical_memory
 from ..runtime.petsc import given_options, option
 
@@ -56,7 +56,7 @@ NEWTON = 5
 """Matrices of the size of S that a Newton step holds, S among them."""
 
 
-@dataclass(frozen=True)
+@record
 class Compression:
     """A way to compress the operators of a body.
 
@@ -83,7 +83,7 @@ class Compression:
     memory: Callable[[Any, int], float]
 
 
-@dataclass(frozen=True)
+@record
 class Costs:
     """What the storages of one kind of mesh cost.
 

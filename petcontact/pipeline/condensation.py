@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from ..given.body_data import Body
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
+from ..record import record
 from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
 from ..runtime.hints import demand_name
@@ -30,7 +30,7 @@ from .pose.nodal_laws import with_law
 FORMATS = (".npz", ".inp")
 
 
-@dataclass(frozen=True)
+@record
 class CondensedBody:
     """u = u_0 + S t + R α and RᵀW t + F = 0 at the n nodes of a body's contact parts; component c
     of node i is d i + c.

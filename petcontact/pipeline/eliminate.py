@@ -13,7 +13,6 @@ from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..compliance.body.dense import DenseBody
 from ..compliance.body.eliminated import ElasticBody
-from ..compliance.body.superelement import SuperelementBody
 from ..compliance.reduced_bodies import BodiesSystem
 from ..errors import InputError, SolverError
 from ..geometry.condensed_surface import CondensedSurface
@@ -169,6 +168,8 @@ def _alone(
 def _(
     boundary: CondensedSurface, operators: BoundaryOperators, modes: Array, comm: Any
 ) -> ElasticBody:
+    from ..compliance.body.superelement import SuperelementBody
+
     return SuperelementBody(operators, boundary)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from ..fields.stress_state import StressState
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Problem
+from ..record import record
 from ..results.body_fields import BodyFields
 from ..results.records import BodyResult
 from ..runtime.petsc import options
@@ -32,7 +32,7 @@ from .run import described
 from .solve import posed
 
 
-@dataclass(frozen=True)
+@record
 class BodyOperators:
     """One body: ½u + Hu = Gt at its n nodes, and what follows from it for contact tractions at m of
     them.
@@ -132,7 +132,7 @@ class BodyOperators:
         )
 
 
-@dataclass(frozen=True)
+@record
 class Operators:
     """What the bodies of a problem do at its M contact nodes: v = u_0 + Sσ + Mα - gap, Eσ + f = 0.
 

@@ -7,15 +7,14 @@ the traction is the usual approximation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 from .hertz import LineContact, PointContact, elliptic
 
 
-@dataclass(frozen=True)
+@record
 class LinePartialSlip:
     """Cylinders under P, then Q.
 
@@ -66,7 +65,7 @@ class LinePartialSlip:
         )
 
 
-@dataclass(frozen=True)
+@record
 class PointPartialSlip:
     """Spheres under P, then Q.
 

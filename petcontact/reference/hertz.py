@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 
 
 def contact_modulus(
@@ -23,7 +22,7 @@ def contact_modulus(
     return 1.0 / ((1.0 - poisson**2) / young + (1.0 - poisson_2**2) / young_2)
 
 
-@dataclass(frozen=True)
+@record
 class RoundContact:
     """A round body on a flat one.
 

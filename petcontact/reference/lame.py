@@ -3,15 +3,15 @@ Goodier, 1970, 28, 32, 136)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 
 
-@dataclass(frozen=True)
+@record
 class Hollow:
     """A hollow body a <= r <= b under pressures inside and outside: σ_r = A - B/rⁿ, σ_θ = A +
     B/((n-1) rⁿ).
@@ -47,7 +47,7 @@ class Hollow:
         return mean - part / r**self.power, mean + part / ((self.power - 1) * r**self.power)
 
 
-@dataclass(frozen=True)
+@record
 class Cylinder(Hollow):
     """A tube in plane strain, or a ring in plane stress; `plane` is "strain" or "stress", the
     others see `Hollow`.
@@ -92,7 +92,7 @@ class Sphere(Hollow):
         )
 
 
-@dataclass(frozen=True)
+@record
 class RotatingDisc:
     """A disc (a = 0) or ring a <= r <= b of constant thickness that rotates, free of pressure on
     its rims.

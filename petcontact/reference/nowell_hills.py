@@ -7,16 +7,15 @@ planes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 from .cattaneo_mindlin import LinePartialSlip
 from .hertz import elliptic
 
 
-@dataclass(frozen=True)
+@record
 class FrettingContact(LinePartialSlip):
     """A specimen pulled by σ along x, and pushed towards -x by the shear Q of the contact: x = a is
     the trailing edge.

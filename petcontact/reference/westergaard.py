@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
+from ..record import record
 
 
-@dataclass(frozen=True)
+@record
 class WavyContact:
     """Waves of the gap Δ(1 - cos 2πx/λ), frictionless.
 

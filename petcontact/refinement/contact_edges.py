@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..record import record
 
 SPECK = 4e-3
 """Width over that of all contact, below which zones have no edges of their own on coarse meshes
@@ -28,7 +28,7 @@ SKIPPED, FITTED = 2, 6
 others (`FITTED`)."""
 
 
-@dataclass(frozen=True)
+@record
 class Edge:
     """Point at which the state changes along an interface.
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..record import field, record
 from ..round_off import HALF
 
 NEIGHBOURS = 3
@@ -23,7 +23,7 @@ NEIGHBOURS = 3
 (scripts/verify_random --seed 7 --first 100) took 1.12 times as many nodes."""
 
 
-@dataclass(frozen=True)
+@record
 class ContactLine:
     """u_t and σ_t at the nodes of one contact side, by arc length along the side.
 

@@ -38,7 +38,7 @@ NORMALISED = 1e-6
 """Normal stress of a mode over its shear stress that is round-off."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mode:
     """A field whose stress has no bound.
 
@@ -58,7 +58,7 @@ class Mode:
     name: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Expansion:
     """The modes of a corner, and the exponents of what else a field has there.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,13 +20,14 @@ from ..given.features import MOST_FEATURES
 from ..given.lines import OWN_SAMPLES, Line, lines_of
 from ..given.sites import Sites
 from ..mesh.basis import gauss, lagrange
+from ..record import record, replace
 from .levels import REFINEMENT_LEVELS
 
 ORDER = max(level.grading.order for level in REFINEMENT_LEVELS)
 """Largest order of an element: that of the finest levels."""
 
 
-@dataclass(frozen=True)
+@record
 class SideData:
     """Data of one kind that vary along one side.
 

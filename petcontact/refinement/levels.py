@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
 
 from ..mesh.hp_grading import Grading
+from ..record import record
 from ..round_off import SOLVED, WRITTEN
 
 LEAST_GAIN = math.sqrt(2.0)
@@ -26,7 +26,7 @@ its width [-]. It is that of Cattaneo's and Mindlin's blocks, by scripts/verify_
 the best line through a root leaves 0.08."""
 
 
-@dataclass(frozen=True)
+@record
 class Level:
     """One refinement level: a grading and its errors.
 
@@ -92,7 +92,7 @@ CONTACT_REFINEMENT_LEVELS = continued(
 level's elements are a tenth as large."""
 
 
-@dataclass(frozen=True)
+@record
 class Ladder:
     """The levels of an adaptive solve, and a milder second level for rough accuracies.
 

@@ -10,7 +10,6 @@ import itertools
 import math
 import operator
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
+from ..record import field, record, replace
 from .contact_line import ContactLine, grading_points, slip_at_end
 from .gap_minima import lowest_minima
 from .known_data import SideData, fields, resolved
@@ -64,7 +64,7 @@ contacts (scripts/verify_random --contact --seed 7 --first 100) were up to 0.8 t
 ones, not up to 0.45 times."""
 
 
-@dataclass(frozen=True)
+@record
 class GradedOutline:
     """Data of a body that all meshes of an adaptive solve share.
 
@@ -304,7 +304,7 @@ class GradedOutline:
         return LevelMesh(mesh, max(missed))
 
 
-@dataclass(frozen=True)
+@record
 class LevelMesh:
     """A mesh, and the largest defect of the data above the accepted one, or 0 [-]."""
 

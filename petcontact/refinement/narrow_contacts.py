@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array, Mask
+from ..record import record, replace
 from .contact_edges import Edge
 
 ROUNDS = 3
@@ -16,7 +16,7 @@ ROUNDS = 3
 given."""
 
 
-@dataclass(frozen=True)
+@record
 class NarrowContact:
     """Hertz' contact of two bodies, each much larger than it.
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Index
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
+from ..record import record
 
 
-@dataclass(frozen=True)
+@record
 class Zone:
     """Interval of one contact part in arc length [length]; sign 0 sticks, ±1 slips along
     ±tangent."""

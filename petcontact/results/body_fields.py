@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from ..fields.interior import InteriorField, Progress, points_in, stress_across
 from ..fields.stress_state import StressState
 from ..given.body_data import Body
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..record import record
 from ..round_off import SINGLE
 from ..runtime.hints import demand_name, nearest
 from .records import BodyResult
@@ -70,7 +70,7 @@ CLOSE = 0.03
 interpolated, as at corners; over twice that they pass into those inside."""
 
 
-@dataclass(frozen=True)
+@record
 class BodyFields:
     """What `SolutionData` evaluates of a body after an increment.
 
@@ -192,12 +192,7 @@ def states_at(
         within = fields.whole(x, u[..., s], stress[..., s], fields.loads.values_at(x))
         if len(on):
             rim = fields.on_boundary(element[on], place[on])
-            within = StressState(
-                *(
-                    np.concatenate([getattr(within, key), getattr(rim, key)])[order]
-                    for key in StressState.__annotations__
-                )
-            )
+            within = StressState.joined([within, rim]).take(order)
         result.append(within)
     return result
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from ..fields.boundary.places import sizes, spread_places
 from ..linalg.nearest import within
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.surface_mesh import SurfaceMesh
+from ..record import record, replace
 from ..refinement.contact_edges import SPECK, Edge, edges
 from ..round_off import HALF
 from .records import PairResult
@@ -153,7 +153,7 @@ def hidden_slip(
     return most
 
 
-@dataclass(frozen=True)
+@record
 class _Contact:
     """The nodes of a pair, the numbers of their elements and which of these each node has, the
     compliance of `areas`, and which elements are at places where stress has no bound."""

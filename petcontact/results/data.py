@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -14,6 +13,7 @@ from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
 from ..errors import InputError, MissingPackage
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..record import field, record, replace
 from ..refinement.zones import Zone, zones_of
 from ..runtime.hints import Listed
 from .evaluated import Evaluated
@@ -23,7 +23,7 @@ from .records import BodyResult, ContactFields, PairResult, StepResult, along_ta
 from .report import Finding
 
 
-@dataclass(frozen=True)
+@record
 class SolutionData(Evaluated):
     """What a solve found and a result file holds; `Solution` adds what can be done with it."""
 

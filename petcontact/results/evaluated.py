@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy
@@ -18,6 +17,7 @@ from ..fields.stress_state import StressState
 from ..given.posed import Posed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Problem
+from ..record import Keeping, field, record
 from ..refinement.panels.data_lines import gap_edges
 from ..runtime.hints import Hinted, Listed, demand_name
 from .body_fields import BodyFields, states_at
@@ -32,8 +32,8 @@ LEAST_SLIP = 1e-3
 whole body."""
 
 
-@dataclass(frozen=True)
-class Evaluated(Hinted):
+@record
+class Evaluated(Keeping, Hinted):
     """What a solve found, and what can be evaluated of it anywhere in the bodies.
 
     `results.solution.Solution` describes the attributes, since users meet them there.
@@ -98,7 +98,7 @@ class Evaluated(Hinted):
         names, after = [each.name for each in self.problem.body], self.increment(step)
         name = names[0] if body is None else body
         demand_name("no body", name, names, "bodies are")
-        return self.once(
+        return self.at_end(
             ("fields", name),
             after,
             lambda: BodyFields(
@@ -111,22 +111,12 @@ class Evaluated(Hinted):
             ),
         )
 
-    def once(self, key: Hashable, step: StepResult, compute: Callable[[], T]) -> T:
+    def at_end(self, key: Hashable, step: StepResult, compute: Callable[[], T]) -> T:
         """Return what is computed of an increment; of the ends of steps, whose numbers are printed,
         it is kept."""
-        kept = self._kept if any(step is each for each in step_ends(self.tried)) else {}
-        if (key, id(step)) not in kept:
-            kept[key, id(step)] = compute()
-        return cast(T, kept[key, id(step)])
-
-    @functools.cached_property
-    def _kept(self) -> dict[tuple[Hashable, int], Any]:
-        """What was computed once, by its key and the place of the step in memory."""
-        return {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: all but what was kept."""
-        return {name: value for name, value in self.__dict__.items() if name != "_kept"}
+        if not any(step is each for each in step_ends(self.tried)):
+            return compute()
+        return self.once((key, id(step)), compute)
 
     def contact_states(self, body: str, step: StepResult) -> Index:
         """State of the nodes of a body after an increment, (n,): -1 off the contact; numbers of

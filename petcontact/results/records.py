@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,13 @@ from ..contact.friction_law import lengths
 from ..contact.state import History
 from ..geometry.rotation import Axial, moment
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..record import field, record
 from ..runtime.hints import Hinted, Named
 from .joined import Pairs, shares
 from .report import Finding
 
 
-@dataclass(frozen=True)
+@record
 class PairResult(Hinted):
     """Nodal fields of one interface after an increment; the secondary's nodes.
 
@@ -170,7 +170,7 @@ class PairResult(Hinted):
         return float(self.weight[self.pressure < -level].sum() / self.weight.sum())
 
 
-@dataclass(frozen=True)
+@record
 class BodyResult(Hinted):
     """Displacement [length] and traction [stress] (n, d) on the boundary of one body."""
 
@@ -184,7 +184,7 @@ class BodyResult(Hinted):
         return mesh.motions.moment(mesh.x[nodes], mesh.weight[nodes, None] * self.traction[nodes])
 
 
-@dataclass(frozen=True)
+@record
 class ObstacleResult:
     """Where an obstacle is, and the force and moment about its centre that act on it from outside.
 
@@ -197,7 +197,7 @@ class ObstacleResult:
     moment: Axial
 
 
-@dataclass(frozen=True)
+@record
 class StepResult:
     """One increment.
 
@@ -308,7 +308,7 @@ def weights_of(shares: dict[int, float], count: int) -> Array:
     return weights
 
 
-@dataclass(frozen=True)
+@record
 class WearHistory:
     """Wear over cycles, at the ends of those that were computed.
 
@@ -325,7 +325,7 @@ class WearHistory:
     depth: dict[str, Array]
 
 
-@dataclass(frozen=True)
+@record
 class ContactFields:
     """Nodal fields on the contact parts of one body, by number of the node.
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
+
+from ..record import field, fields, record
 
 T = TypeVar("T")
 
 
-@dataclass(frozen=True)
+@record
 class Accuracy:
     """The error of a solution in L2 of the contact, relative to it, and how it is known.
 
@@ -77,7 +78,7 @@ class Accuracy:
         return not math.isnan(self.error)
 
 
-@dataclass(frozen=True)
+@record
 class Provenance:
     """How a solution was made.
 
@@ -113,7 +114,7 @@ class Provenance:
     motions: dict[str, int] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@record
 class Finding:
     """One thing that a check found.
 

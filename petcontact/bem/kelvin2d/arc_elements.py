@@ -14,13 +14,13 @@ for which a few Gauss points suffice at every distance.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Complex, Rows
 from ...geometry.arcs import half_angles
 from ...mesh.basis import product_weights
+from ...record import record
 from . import moments
 from .moments import RULES, Parts
 from .segments import Segments
@@ -30,7 +30,7 @@ MIDDLE, CLOSE_SUM = 24, 2.9
 for."""
 
 
-@dataclass(frozen=True)
+@record
 class Arcs(Segments, Rows):
     """Arcs of at most half a circle, as arrays (n,).
 

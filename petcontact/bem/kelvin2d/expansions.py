@@ -16,14 +16,13 @@ and 1/ζ = -Σ s^k z^(-k-1) turns both into Laurent series; the free constant of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Complex
 from ...mesh.basis import gauss, lagrange
 from ...mesh.elements import Elements
 from ...mesh.pairs.intersections import Curves
+from ...record import record
 from .kernel import Kelvin2D
 
 TERMS = 44
@@ -34,7 +33,7 @@ are below binomial(44, n) / 32^n: 3e-17 for n = 19, so that `FEWER` points do fo
 5."""
 
 
-@dataclass(frozen=True)
+@record
 class Expansion:
     """The field of one group of elements.
 

@@ -7,15 +7,14 @@ ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1, 2, 3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Complex, Mask
 from ...mesh.basis import lagrange_coefficients
+from ...record import record
 
 
-@dataclass(frozen=True)
+@record
 class PointCounts:
     """How the moments of one order are taken at every distance, each to about 1e-13.
 
@@ -44,7 +43,7 @@ RULES = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class Parts:
     """Integrals over elements of half the angle α for one target each, as arrays (p+1, n), x =
     α(s-z)/2.

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Complex
 from ...mesh.basis import gauss
+from ...record import record
 from . import moments
 from .moments import Parts
 
 
-@dataclass(frozen=True)
+@record
 class Segments:
     """Straight elements, arrays (n,).
 

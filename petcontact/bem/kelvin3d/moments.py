@@ -15,16 +15,15 @@ polygon; far from it they are lost like (distance/shortest height)^(a+b).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Mask
+from ...record import record
 
 Table = dict[tuple[int, int], Array]
 
 
-@dataclass(frozen=True)
+@record
 class Edges:
     """Edges of polygons as their targets see them, arrays (c, n)."""
 

@@ -3,20 +3,19 @@ loads of an increment."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array
 from ...geometry.rotation import lifted
 from ...given.body_data import Body
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import record
 from ..kernel import Kernel, tensor_components
 from ..kernels import kernel_for
 from .volume import VolumeSolution
 
 
-@dataclass(frozen=True)
+@record
 class InsideLoads:
     """Loads inside a body in a load state."""
 

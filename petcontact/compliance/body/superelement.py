@@ -14,8 +14,6 @@ The additional compliance vanishes with the size of the faces, and does not act 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
@@ -27,12 +25,13 @@ from ...linalg.dense_elimination import PREFIX
 from ...linalg.dense_solver import DenseSolver
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.panels import linear_shapes, reference_nodes
+from ...record import record
 from ...round_off import HALF
 from ...runtime.petsc import petsc
 from .eliminated import ElasticBody
 
 
-@dataclass(frozen=True)
+@record
 class Condensed:
     """The relation u = free + S t + R α, RᵀW t + F = 0 at n nodes, in K load states.
 

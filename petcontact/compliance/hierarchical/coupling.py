@@ -17,7 +17,6 @@ uncoupled.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ import scipy
 
 from ...arrays import Array, Index
 from ...errors import InputError
+from ...record import record, replace
 from ..body.eliminated import ElasticBody
 from ..interface import ContactMaps, Interface
 from .rows import BodyRows
@@ -34,7 +34,7 @@ Sparse = Any
 matrix_of: Any = scipy.sparse.csr_array
 
 
-@dataclass(frozen=True)
+@record
 class Relation:
     """A linear law at M nodes.
 
@@ -91,7 +91,7 @@ class Relation:
         return np.concatenate([self.of_v, self.of_sigma], axis=1)
 
 
-@dataclass(frozen=True)
+@record
 class ColumnExpansion:
     """The factors of all columns and the tractions in contact as functions of the unknowns.
 

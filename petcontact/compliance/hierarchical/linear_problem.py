@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array
+from ...record import record
 from .coupling import ColumnExpansion
 
 
-@dataclass(frozen=True)
+@record
 class Balance:
     """The rows for rigid motions of bodies, then of free obstacles.
 
@@ -59,7 +58,7 @@ class Balance:
         return len(self.load) + len(self.amplitude)
 
 
-@dataclass(frozen=True)
+@record
 class Posed:
     """A linear problem of bodies in contact.
 
@@ -82,7 +81,7 @@ class Posed:
     balance: Balance
 
 
-@dataclass(frozen=True)
+@record
 class State:
     """A solution of a linear problem.
 

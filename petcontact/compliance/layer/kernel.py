@@ -12,7 +12,6 @@ directions. For two bodies T is the sum of their layers.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,13 +21,14 @@ from ...bem.operators import BoundaryOperators
 from ...geometry.arcs import cross
 from ...mesh.basis import gauss, product_weights
 from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...record import record
 
 FAR_POINTS, NEAR_POINTS = 4, 12
 """Numbers of Gauss points in addition to the order of an element: for the kernel at distant points,
 and for its smooth part at near ones."""
 
 
-@dataclass(frozen=True)
+@record
 class Strip:
     """A stretch of contact nodes, coupled to each other by the kernel of a layer.
 

@@ -4,18 +4,18 @@ dense, those of far clusters have low rank."""
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask, Rows
+from ...record import record
 
 ETA = 4.0
 """Two clusters are far from one another if the smaller diameter is at most this many times their
 distance. The value 4 takes a fifth less memory than 2 in the same time."""
 
 
-@dataclass(frozen=True)
+@record
 class Clusters:
     """A binary tree over elements. Elements and nodes are ordered so that each cluster is a range
     of them.
@@ -97,7 +97,7 @@ def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
     return Clusters(order, count[start], count[stop], lowest, highest, np.array(children))
 
 
-@dataclass(frozen=True)
+@record
 class Blocks(Rows):
     """Blocks that tile the rows of a matrix: their row clusters, their column clusters, and whether
     they have low rank.

@@ -13,6 +13,7 @@ import numpy as np
 
 from ... import native
 from ...arrays import Array, Index
+from ...record import record
 from .block_tree import Blocks, Clusters, divided
 from .entries import Callback, Entries
 
@@ -29,7 +30,7 @@ FULL = 16
 """Compiled code pads rows and columns with zeros to multiples of this number."""
 
 
-@dataclass(frozen=True)
+@record
 class Layout:
     """How the rows of U and V and the columns of whole blocks are stored. With 16 bits an entry, a
     scale in single precision comes first.

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 
 from ... import native
 from ...arrays import Array, Index, Mask
+from ...record import record
 from .construction import FULL
 
 Single = NDArray[np.float32]
@@ -42,7 +42,7 @@ class Source(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@record
 class Subdomain:
     """Unknowns that are solved for together.
 
@@ -64,7 +64,7 @@ class Subdomain:
     coupled: bool
 
 
-@dataclass(frozen=True)
+@record
 class Factored:
     """A patch's matrix A P, factored for one P. The inverse for another P follows from it.
 

@@ -4,17 +4,17 @@ equal shape."""
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ... import native
 from ...arrays import Array, Index
+from ...record import record
 
 _multiply = native.function("petcontact_multiply", "iNDDdD")
 
 
-@dataclass(frozen=True)
+@record
 class Block:
     """A dense block (p, q), and the places of its p rows and q columns in the vectors that it
     connects."""
@@ -24,7 +24,7 @@ class Block:
     values: Array
 
 
-@dataclass(frozen=True)
+@record
 class _Stack:
     """A stack of c blocks: places of rows (c, p) and of columns (c, q), and values (c, p, q). Equal
     values are stored once, as (1, p, q)."""

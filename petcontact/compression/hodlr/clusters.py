@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Index
+from ...record import record
 
 PIECES = 16  # boxes by which the place of one cluster is known
 
@@ -20,7 +19,7 @@ def halved(start: int, stop: int, leaf: int) -> Index:
     return start + ((stop - start) * np.arange((1 << depth) + 1, dtype=np.int64)) // (1 << depth)
 
 
-@dataclass(frozen=True)
+@record
 class Boxes:
     """Boxes that cover each of c clusters: corners low and high (c, b, 2), and diameters of the
     clusters (c,) [length]."""

@@ -4,18 +4,18 @@ compressed square operator."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...record import record
 from .block_batches import Batches, Block
 from .translations import Cluster
 from .tree_levels import TOGETHER, Stack, TreeLevel
 
 
-@dataclass(frozen=True)
+@record
 class Schur:
     """The remaining block of a cluster after elimination. Kept unknowns come first, waiting ones
     follow."""
@@ -24,7 +24,7 @@ class Schur:
     values: Array
 
 
-@dataclass(frozen=True)
+@record
 class LevelElimination:
     """One level of a factorisation.
 
@@ -199,7 +199,7 @@ def _eliminate(
     return LevelElimination(level, late_rows, late_columns, *batches), left
 
 
-@dataclass(frozen=True)
+@record
 class _Eliminated:
     """The elimination of one cluster: remaining block, E⁻¹, E⁻¹F and G, and the places of R, of C
     and of waiting unknowns."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import Array, Index, even_bounds
+from ...record import record
 from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
 from .translations import Stretch, Translations
@@ -22,7 +22,7 @@ PROBED = 20_000
 """Number of nodes whose columns of some exact rows are in memory at once."""
 
 
-@dataclass(frozen=True)
+@record
 class Split:
     """The distribution of nodes: bounds (ranks + 1,), this rank's ranges (one for each subtree),
     and the size of a leaf."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...record import record
 
 SPARE = 6  # rows that must be left over for the rank to be believed
 
@@ -22,7 +22,7 @@ def _next_power(count: int) -> int:
     return 1 << max(9, (count - 1).bit_length())
 
 
-@dataclass(frozen=True)
+@record
 class PivotedQR:
     """Pivoted QR of a block or of a sketch of it: triangle r (l, n), pivots (n,), numerical rank,
     and length of the largest column."""

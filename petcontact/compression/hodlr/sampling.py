@@ -3,17 +3,16 @@ outside of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from ...arrays import Array, Index, Mask, Rows, ranked
+from ...record import record, replace
 from .clusters import Boxes, NodeCurves, halved
 
 FEW = 2  # a cell that gives no more nodes than this is not probed for certain
 
 
-@dataclass(frozen=True)
+@record
 class ProxySample:
     """Increasing nodes outside a cluster, each with the square root of the number of nodes that it
     stands for.
@@ -28,7 +27,7 @@ class ProxySample:
     complete: bool
 
 
-@dataclass(frozen=True)
+@record
 class _Cells(Rows):
     """Places first..last of cells outside clusters `owner`, and the number of nodes that each cell
     needs for one digit."""

@@ -4,11 +4,11 @@ with the rest."""
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...record import record
 from .block_batches import Block
 from .clusters import NodeCurves
 from .interpolative import PivotedQR, pivoted_qr
@@ -329,7 +329,7 @@ class Operator:
         return np.zeros((self.row_axis.count(row_nodes), self.column_axis.count(column_nodes)))
 
 
-@dataclass(frozen=True)
+@record
 class _Fit:
     kept: Index
     rest: Index

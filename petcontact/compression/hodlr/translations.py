@@ -18,6 +18,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...record import record
 from .block_batches import Block
 from .clusters import halved
 from .sampling import ProxySample
@@ -26,7 +27,7 @@ TOGETHER = 32
 """Number of clusters that are sampled in one pass."""
 
 
-@dataclass(frozen=True)
+@record
 class Stretch:
     """Nodes start..stop on a straight line. After a shift by `period` nodes the entries between
     them are the same again.
@@ -43,7 +44,7 @@ class Stretch:
     beside: bool = True
 
 
-@dataclass(frozen=True)
+@record
 class Basis:
     """Active rows (or columns) `kept` (k,) and `rest` (m-k,). Outside a cluster the rest are
     combinations of the kept ones.

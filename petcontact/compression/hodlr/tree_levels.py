@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...record import record, replace
 from .block_batches import Batches, Block
 from .skeleton import Operator
 from .translations import Cluster
@@ -18,7 +18,7 @@ from .translations import Cluster
 TOGETHER = 256  # clusters whose arrays are packed together
 
 
-@dataclass(frozen=True)
+@record
 class TreeLevel:
     """All clusters of one level, with their active rows and columns one after another.
 

@@ -20,12 +20,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ... import native
 from ...arrays import Array
+from ...record import record
 from ...round_off import CHAINED, ROUNDED, SOLVED
 from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
@@ -46,7 +46,7 @@ PULL = 0.1
 before it slips the other way."""
 
 
-@dataclass(frozen=True)
+@record
 class Pivot:
     """One step.
 

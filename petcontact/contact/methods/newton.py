@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,8 +20,8 @@ import scipy
 from ...arrays import Array, States
 from ...errors import SolverError
 from ...given.tables.solver_options import Method
+from ...record import record, replace
 from ...round_off import CHAINED, WRITTEN
-from ..active_set.complementarity import complementary_guesses
 from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import PATIENCE, LinearSolver, Pivot, next_tau, pivots
 from ..active_set.solvers import active_set_solver
@@ -39,7 +38,7 @@ from .prediction import LOOSE, Foresight, prediction
 from .starts import Guess, stuck_everywhere, tau_of
 
 
-@dataclass(frozen=True)
+@record
 class SemismoothNewton:
     """Newton's method on the contact law; it ends when no node is wrong, exact up to round-off.
 
@@ -195,6 +194,8 @@ class _Run:
         near, law = np.zeros(len(first[0]), dtype=bool), self.law
         if type(law) is not SignoriniCoulomb:
             return
+        from ..active_set.complementarity import complementary_guesses
+
         for _ in range(3):
             known = near.sum()
             near = near | np.any([states != self.last[-1] for states in self.last], axis=0)

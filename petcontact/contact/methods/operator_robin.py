@@ -9,11 +9,10 @@ product of T. It converges for 0 < ω < 2 if the law has a potential.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ...arrays import Array
 from ...errors import InputError
 from ...given.tables.solver_options import Method
+from ...record import record
 from ..active_set.pivots import box_problem
 from ..active_set.solvers import (
     DenseActiveSetSolver,
@@ -33,7 +32,7 @@ from .settling import settled
 from .starts import stuck_everywhere
 
 
-@dataclass(frozen=True)
+@record
 class OperatorRobin:
     """Relaxed Douglas-Rachford iteration in the metric of T.
 

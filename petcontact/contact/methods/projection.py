@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array
 from ...errors import SolverError
 from ...given.tables.solver_options import Method
+from ...record import record
 from ...runtime.ranks import answered
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
@@ -19,7 +18,7 @@ from ..system import ContactSystem
 from .settling import settled
 
 
-@dataclass(frozen=True)
+@record
 class Projection:
     """Algorithm 1 of the paper.
 

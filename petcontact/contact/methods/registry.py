@@ -9,13 +9,13 @@ from __future__ import annotations
 import copy
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
 from ...given.tables.solver_options import METHODS, Method
+from ...record import record
 from ...runtime.ranks import answered, is_shared
 from .. import laws
 from ..iteration import ContactMethod
@@ -84,7 +84,7 @@ def method_of(
     return method
 
 
-@dataclass(frozen=True)
+@record
 class ContactNodes:
     """All contact nodes of a problem, for a function that makes a law.
 

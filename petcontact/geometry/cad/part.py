@@ -12,7 +12,6 @@ import re
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ import numpy as np
 
 from ...arrays import LONGEST_NAME, Array, Index
 from ...errors import InputError, MissingPackage, OutputError
+from ...record import record
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
 from ..surface import FacetSurface, SolidSurface
@@ -45,7 +45,7 @@ def is_cad(file: str) -> bool:
     return Path(file).suffix.lower() in worker.FORMATS
 
 
-@dataclass(frozen=True)
+@record
 class CadFace:
     """A surface of a CAD file: its number in the file, its name there or "", kind, area [length²]
     and centre [length]."""
@@ -62,7 +62,7 @@ class CadFace:
         return self.name or str(self.number)
 
 
-@dataclass(frozen=True)
+@record
 class CadSurface(SolidSurface):
     """The surface of one solid of a CAD file, which is meshed where a size is known.
 

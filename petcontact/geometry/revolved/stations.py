@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index, shown
 from ...errors import InputError
+from ...record import record
 from ...round_off import WRITTEN, least_pieces, whole
 from ..outline import Outline, Side
 
@@ -19,7 +19,7 @@ TURN = 0.25 * math.pi
 [rad]."""
 
 
-@dataclass(frozen=True)
+@record
 class Stations:
     """The pieces of all loops of a section, in order, and the sectors of a revolved surface.
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
+from ...record import record
 from ...round_off import WRITTEN
 from ..arcs import check_digits
 from ..outline import Outline
@@ -45,7 +45,7 @@ TIP = np.array([[(0.5, 0), (1, 1), (0, 1), (1, 0.5), (0.5, 1), (0, 0.5)]])
 sectors at the end, twice as many, or the start on the axis."""
 
 
-@dataclass(frozen=True)
+@record
 class RevolvedSurface(RoundSurface):
     """A section in (r, z), the body on the left of its sides, turned about an axis [length].
 

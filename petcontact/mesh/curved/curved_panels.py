@@ -4,13 +4,13 @@ coordinates."""
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, reference_points, samples
+from ...record import field, record
 from ..panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
 WEIGHT_POINTS = 12
@@ -25,7 +25,7 @@ def reference_rule(corners: int, points: tuple[int, int]) -> tuple[Array, Array]
     return local[0], weight[0]
 
 
-@dataclass(frozen=True)
+@record
 class CurvedPanels(QuadraticCells):
     """Quadratic panels of one shape and order, with the reference element's coordinates.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Index
 from ...geometry.same_place import TOLERANCE
 from ...geometry.surface import BOX_PARTS, BoxSurface, face_axes
+from ...record import record
 from ...round_off import WRITTEN
 from ..panelling import box_of_lines
 from ..surface_mesh import SurfaceMesh
@@ -40,7 +39,7 @@ def mesh_of_lines(box: BoxSurface, sides: list[SideMesh]) -> SurfaceMesh:
     return box_of_lines(box, [side.breaks for side in sides], [side.order for side in sides])
 
 
-@dataclass(frozen=True)
+@record
 class FaceProjection:
     """The `PartProjection` between two parallel faces.
 

@@ -7,12 +7,11 @@ that action equals reaction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
 from ...arrays import Array, Index, Mask
+from ...record import record
 from ...round_off import SINGLE
 from ..boundary_mesh import BoundaryMesh
 from .mortar import balanced, projection, rounded
@@ -25,7 +24,7 @@ CLOSE = 0.01
 """Distance over the size of the secondary within which its end inside an element matters [-]."""
 
 
-@dataclass(frozen=True)
+@record
 class Facing:
     """How two meshes face one another: m nodes of the secondary, k nodes of the primary.
 

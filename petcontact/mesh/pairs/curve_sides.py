@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...geometry.outline import Outline
 from ...geometry.same_place import TOLERANCE
+from ...record import record, replace
 from ..curve_building import build_mesh
 from ..curve_mesh import CurveMesh
 from .common_breakpoints import SideMesh
@@ -53,7 +53,7 @@ def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
     return build_mesh(outline, [side.breaks for side in sides], [side.order for side in sides])
 
 
-@dataclass(frozen=True)
+@record
 class CurveProjection:
     """The `PartProjection` between the sides of two parts, with their curves and a direction, if
     given.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...geometry.arcs import arc_lengths, cross, half_angles, on_arcs
+from ...record import record
 from ...round_off import WRITTEN
 from ..basis import gauss
 from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along
@@ -20,7 +20,7 @@ FEW, BLOCK = 512, 64
 points for which this is done at once (`BLOCK`)."""
 
 
-@dataclass(frozen=True)
+@record
 class Curves(Faces):
     """Straight lines and arcs, the body on their left; arrays over n of them.
 

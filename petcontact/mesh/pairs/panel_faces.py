@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -14,6 +13,7 @@ from ... import native
 from ...arrays import Array, Index, Mask
 from ...geometry.arcs import cross
 from ...geometry.quadratic import position
+from ...record import record
 from ...round_off import SINGLE, SUMMED, WRITTEN
 from ..curved.curved_panels import CurvedPanels
 from ..panels import Panels
@@ -32,7 +32,7 @@ how far they may leave the panel, in local coordinates."""
 _meet = native.function("petcontact_space_meet", "iNDDDDDidddDD")
 
 
-@dataclass(frozen=True)
+@record
 class PanelFaces(Faces):
     """Convex panels with the body behind them; arrays over n of them.
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
 from ...geometry.outline import Outline
+from ...record import record
 from ...round_off import SINGLE
 from ..boundary_mesh import BoundaryMesh
 
 
-@dataclass(frozen=True)
+@record
 class TranslatedSides:
     """The `PartProjection` from the sides of a part to those of its partner.
 

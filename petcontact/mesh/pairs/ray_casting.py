@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask, Rows
+from ...record import record
 from ...round_off import WRITTEN
 
 TOGETHER = 1 << 18
@@ -27,7 +27,7 @@ def along(direction: Array | None, normal: Array) -> Array:
     )
 
 
-@dataclass(frozen=True)
+@record
 class Hits:
     """Intersections of lines through m points with the faces of a part.
 
@@ -46,7 +46,7 @@ class Hits:
     distance: Array
 
 
-@dataclass(frozen=True)
+@record
 class FacingSegments(Rows):
     """Quadrature points on a part where it faces another one.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from ...given.conditions import Displacement, Symmetry
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...record import record, replace
 from ...refinement.panels.bands import LEVELS, Laid, banded
 from ...refinement.panels.face_gaps import face_gap, opposite
 from ...refinement.panels.forecast import WIDER, Forecast, band_of, force_at, forecast_of
@@ -44,7 +44,7 @@ _Shape = tuple[list[Chart], Gap, Ridge]
 """The charts of the faces of a contact, its gap on the first one, and the ridge of that."""
 
 
-@dataclass(frozen=True)
+@record
 class _Long:
     """A long contact: its interface, the charts of its faces, its ridge, and the expected band."""
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from ...errors import InputError
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import record
 from ...refinement.levels import growing
 from ...results.solution import Solution
 from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
@@ -17,7 +17,7 @@ from ..steps.increment import Monitor
 from .strategy import Wanted
 
 
-@dataclass(frozen=True)
+@record
 class Reached:
     """A mesh that an adaptive solve has finished.
 
@@ -47,7 +47,7 @@ Callbacks = tuple[Monitor | None, Announce | None, Callable[[Reached], None] | N
 """What a solve calls: `monitor`, `announce` and `reached` of `solve`."""
 
 
-@dataclass(frozen=True)
+@record
 class Budget:
     """Largest cost of a mesh: nodes of all bodies, and predicted processor time [s] of a solve."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from ...fields.boundary.places import located, sizes
 from ...geometry.outline import as_outline
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import field, record
 from ...refinement.panels.tail import FADE
 from ...results.evaluated import displacement_scale
 from ...results.records import PairResult, StepResult, step_ends
@@ -21,7 +21,7 @@ from ...round_off import ROUNDED
 from .part_ends import pressed_sides, singular_places
 
 
-@dataclass(frozen=True)
+@record
 class Difference:
     """Relative L2 difference of tractions, the largest over interfaces and step ends.
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from ...given.conditions import Contact
 from ...given.posed import Posed
 from ...given.tables.solver_options import MeshOptions
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...record import record, replace
 from ...refinement.body_meshes import mesh_of
 from ...refinement.panels.cut_directions import sides
 from ...refinement.panels.data_lines import with_data_lines
@@ -48,7 +48,7 @@ class _First(NamedTuple):
     thin: float = 0.0
 
 
-@dataclass(frozen=True)
+@record
 class FirstMeshes:
     """The first meshes of the bodies of a problem.
 

@@ -38,7 +38,6 @@ from ..steps.step_loop import known_factors
 from .budget import says_something
 from .difference import difference, displacement_difference, unloaded
 from .slip_ladder import contact_lines
-from .surface_errors import TailErrors
 
 FEWEST = 8
 """A body with fewer elements is not solved again on half as many: the difference would not show the
@@ -76,6 +75,8 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     solution = solution.with_findings(new_finding("known data", text) for text in missed)
     reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"
     if solution.posed.boundaries[0].dim > 2 and solution.nodes and not reason:
+        from .surface_errors import TailErrors
+
         error, of_resultants = TailErrors(solution).error()
         return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
     reason = reason or _costly(solution)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,11 +20,12 @@ from ...given.values import Given
 from ...mesh.grading import at_ends, singular_ends, turn
 from ...mesh.pairs.curve_sides import CurveProjection, curve_projection
 from ...mesh.pairs.ray_casting import along
+from ...record import field, record
 from ...refinement.known_data import SideData
 from ...round_off import SINGLE
 
 
-@dataclass(frozen=True)
+@record
 class PressedSides:
     """Singular points of one body's sides that its contacts cause.
 

@@ -15,6 +15,7 @@ from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...given.posed import Posed
 from ...mesh.curve_mesh import as_curve
+from ...record import field, record
 from ...refinement.contact_line import (
     ContactLine,
     difference,
@@ -37,7 +38,7 @@ FIRST_LOOK = 12
 meshes of Example 1 differ most where u_t is smooth: the second one is coarser there."""
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class SlipEstimate(Estimate):
     """The error of u_t.
 
@@ -49,7 +50,7 @@ class SlipEstimate(Estimate):
         The estimate on the mesh before.
     """
 
-    lines: list[ContactLine] = dataclasses.field(default_factory=list)
+    lines: list[ContactLine] = field(default_factory=list)
     before: SlipEstimate | None = None
 
 

@@ -7,11 +7,11 @@ of marks. It keeps no notes from one mesh to the next: all that is known is in t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
 from ...contact.state import Start
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import field, record
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..pose.discretise import Discrete
@@ -20,7 +20,7 @@ from ..steps.increment import PreparedProblem
 M = TypeVar("M")
 
 
-@dataclass(frozen=True)
+@record
 class Wanted:
     """The wanted accuracy [-], and whether the user named it: the budget is larger then."""
 
@@ -33,7 +33,7 @@ def no_start(problem: PreparedProblem) -> Start | None:
     return None
 
 
-@dataclass(frozen=True)
+@record
 class Meshes(Generic[M]):
     """Meshes of all bodies for one solve.
 
@@ -61,7 +61,7 @@ class Meshes(Generic[M]):
     start: Callable[[PreparedProblem], Start | None] = no_start
 
 
-@dataclass(frozen=True)
+@record
 class Tried(Generic[M]):
     """A solve: its meshes, the problem on them and the solution, which may be rejected."""
 
@@ -70,7 +70,7 @@ class Tried(Generic[M]):
     solution: Solution
 
 
-@dataclass(frozen=True)
+@record
 class Estimate:
     """What is known of the error of a solution.
 

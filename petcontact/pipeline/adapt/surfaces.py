@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from ...contact.state import Start
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...record import field, record, replace
 from ...refinement.panels.cut_directions import halved
 from ...refinement.panels.panel_cuts import faded, largest, wider_than
 from ...refinement.panels.rings import SHRINK
@@ -38,7 +38,7 @@ MOST = 40
 """Largest number of meshes, more than any budget allows."""
 
 
-@dataclass(frozen=True)
+@record
 class TailEstimate(Estimate):
     """The error of p and q, or of u_t, by tails.
 
@@ -57,7 +57,7 @@ class TailEstimate(Estimate):
     all: list[float] = field(default_factory=list)
 
 
-@dataclass(frozen=True)
+@record
 class PanelMarks:
     """Which panels of a solution are cut or get the next order.
 

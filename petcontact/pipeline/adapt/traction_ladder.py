@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from ...geometry.outline import as_outline
 from ...given.body_data import Body
 from ...given.posed import Posed
 from ...mesh.curve_mesh import as_curve
+from ...record import field, record, replace
 from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
 from ...refinement.known_data import SideData, varying_data
 from ...refinement.levels import CONTACT_LADDER, Level, believed
@@ -53,7 +53,7 @@ had up to a quarter more elements (configs/axial_press_fit.toml), with 1 third o
 of revolution 1.08 times as many."""
 
 
-@dataclass(frozen=True)
+@record
 class TractionEstimate(Estimate):
     """The error of p and q.
 
@@ -72,7 +72,7 @@ class TractionEstimate(Estimate):
     idle: frozenset[tuple[int, str]] = frozenset()
 
 
-@dataclass(frozen=True)
+@record
 class EdgeMarks:
     """Where the meshes of a level are graded.
 
@@ -278,7 +278,7 @@ class Tractions(Strategy[TractionEstimate, EdgeMarks]):
         return {"edges": edges, **(ends if estimate.differences else {})}
 
 
-@dataclass(frozen=True)
+@record
 class _OwnMarks:
     """What is marked on one body, and the level of its mesh."""
 

@@ -6,7 +6,6 @@ import functools
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -20,6 +19,7 @@ from ...mesh.approximation import ACROSS, WITHIN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...mesh.rough_places import narrow_places
+from ...record import record
 from ...round_off import HALF
 
 MOVED = 1e-3
@@ -32,7 +32,7 @@ infinite where nothing is opposite.
 """
 
 
-@dataclass(frozen=True)
+@record
 class Sampling:
     """The surface between the nodes of one unilateral contact.
 

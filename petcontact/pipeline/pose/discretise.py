@@ -22,7 +22,6 @@ from ...given.interface_data import PosedInterface
 from ...given.posed import WHOLE_LOAD, Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
-from ...mesh.pairs.matching import matched
 from ...model.load_steps import Step
 from ...model.problem import Problem
 from ...refinement.body_meshes import mesh_of
@@ -285,7 +284,11 @@ def meshed(
         for b, body in enumerate(bodies)
     ]
     pairs = [interface for interface in problem.interfaces if interface.primary is not None]
-    return boundaries, matched(boundaries, own, pairs, too_long_to_bend) if pairs else own
+    if pairs:
+        from ...mesh.pairs.matching import matched
+
+        own = matched(boundaries, own, pairs, too_long_to_bend)
+    return boundaries, own
 
 
 def with_volume_loads(

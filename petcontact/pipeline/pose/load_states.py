@@ -18,7 +18,6 @@ from ...bem.boundary_data import (
     motion_name,
     without_rigid_motion,
 )
-from ...compliance.body.superelement import free_modes
 from ...compliance.interface import directions_looked_for
 from ...compliance.reduced_bodies import Interface
 from ...errors import InputError
@@ -224,6 +223,8 @@ def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> 
 
 @body_motions.register
 def _(boundary: CondensedSurface, data: BoundaryData, mesh: BoundaryMesh) -> Array:
+    from ...compliance.body.superelement import free_modes
+
     modes = free_modes(boundary, mesh)
     return modes if data.traction_known.all() else modes[..., :0]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from ...contact.methods.registry import ContactNodes, law_of
 from ...errors import InputError
 from ...given.interface_data import FRICTION, Law, PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import record, replace
 
 
 def with_law(
@@ -58,7 +58,7 @@ def _contact_nodes(
     )
 
 
-@dataclass(frozen=True)
+@record
 class Laws:
     """The law of friction in all load states, and in between.
 

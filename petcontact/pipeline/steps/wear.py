@@ -16,13 +16,12 @@ everywhere.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from ...arrays import Array
 from ...contact.friction_law import lengths
 from ...contact.state import ContactState, Start
+from ...record import record, replace
 from .increment import Increment, IncrementState, Monitor
 
 GAMMA = 1.0 - np.sqrt(0.5)
@@ -30,7 +29,7 @@ Tried = tuple[Increment, ContactState, IncrementState]
 """An increment, where its method ended, and what it hands to the next."""
 
 
-@dataclass(frozen=True)
+@record
 class Earlier:
     """The same increment one cycle before: how far it slipped, and where its two stages start.
 

@@ -6,7 +6,6 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ...geometry.arcs import cross
 from ...geometry.quadratic import QuadraticCells, on_side, samples
 from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.surface_mesh import SurfaceMesh
+from ...record import record
 from ...round_off import least_pieces
 from .cut_directions import sides
 from .hanging import numbered
@@ -29,7 +29,7 @@ MOST_PIECES = 40
 """Largest number of panels around a zone, and of sectors of a rim."""
 
 
-@dataclass(frozen=True)
+@record
 class Patch:
     """A part of a face that is filled by panels in rings.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ...arrays import Array
+from ...record import record
 from .ridge import Ridge
 from .zone import ContactBand
 
@@ -70,7 +70,7 @@ def hertz_ellipse(
     return a, a / t, 1.5 * force * t * K / (math.pi * modulus * a)
 
 
-@dataclass(frozen=True)
+@record
 class Forecast:
     """What is expected along a ridge.
 

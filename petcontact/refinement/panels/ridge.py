@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ...arrays import Array
 from ...geometry.charts import Chart
+from ...record import record
 from ...round_off import SINGLE
 
 Gap = Callable[[Array], Array]
@@ -30,7 +30,7 @@ HALVINGS = 48
 """Halvings of a step in which a gap jumps."""
 
 
-@dataclass(frozen=True)
+@record
 class Ridge:
     """A line of least gap on a chart.
 

@@ -4,12 +4,12 @@ it."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...mesh.surface_mesh import SurfaceMesh
+from ...record import record
 from .cut_directions import sides, too_narrow
 
 NEIGHBOURS = 24
@@ -26,7 +26,7 @@ STRAY = 2.5
 contact."""
 
 
-@dataclass(frozen=True)
+@record
 class SmallContact:
     """An ellipse in which contact is expected.
 
@@ -133,7 +133,7 @@ def overlapping_contact(
     return expected if half[0] <= SMALL * fit.lengths(mesh, mesh.element[[low]])[0, 0] else None
 
 
-@dataclass(frozen=True)
+@record
 class _Parabola:
     """The parabola ½(k_1 x² + k_2 y²) around its lowest point, k_1 >= k_2 > 0 [1/length].
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
 from ...arrays import Array, Mask, States
 from ...geometry.arcs import cross
+from ...record import record
 from ...round_off import SINGLE
 
 STRAY = 0.1
@@ -24,7 +23,7 @@ MOST = 1.2
 sharp ends."""
 
 
-@dataclass(frozen=True)
+@record
 class ContactEllipse:
     """An ellipse: x = centre + axes z, |z| <= 1.
 
@@ -73,7 +72,7 @@ class ContactEllipse:
         )
 
 
-@dataclass(frozen=True)
+@record
 class ContactBand:
     """A long contact on a chart: a ridge, a half-width along it, and its two ends.
 

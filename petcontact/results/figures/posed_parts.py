@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...given.conditions import Traction
 from ...model.description import condition_text, law_text
+from ...record import record
 from ...runtime.figure_style import COLOURS, plain, wrapped
 from ..data import SolutionData
 
@@ -24,7 +24,7 @@ SMALL = 6.5
 """Size of the names of parts [points]."""
 
 
-@dataclass(frozen=True)
+@record
 class LabelledPart:
     """A part of a body, what is known on it, and that in words; the law of a pair is that of its
     secondary."""

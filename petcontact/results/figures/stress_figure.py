@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from ...errors import InputError
 from ...fields.stress_state import Field
 from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...record import record, replace
 from ...runtime.figure_style import label, legend_below, name_what_is_seen, plain, save
 from ...runtime.hints import demand_name
 from ..body_fields import quantities, quantity
@@ -129,7 +129,7 @@ def deformed_figure(
     return Path(path)
 
 
-@dataclass(frozen=True)
+@record
 class Picture:
     """What is shown, and how: see `deformed_figure`."""
 

@@ -4,7 +4,6 @@ panels."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...record import record
 from ...runtime.figure_style import label, plain
 from ..data import SolutionData
 from ..evaluated import NOWHERE
@@ -44,7 +44,7 @@ Sample = Callable[[str, SurfaceMesh, Places], Array]
 """Values (q,) of a body of a name at places."""
 
 
-@dataclass(frozen=True)
+@record
 class Sampled:
     """A body's surface in small triangles."""
 

@@ -4,7 +4,6 @@ and contact tractions as arrows."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from ...contact.law_protocol import OPEN
 from ...geometry.rotation import MOTIONS
 from ...given.conditions import Displacement, Symmetry, Traction
 from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...record import record
 from ...runtime.figure_style import COLOURS, new_label
 from ..data import SolutionData
 from ..records import ObstacleResult, PairResult
@@ -213,7 +213,7 @@ def spread(x: Array, apart: float) -> Index:
     return numbers
 
 
-@dataclass(frozen=True)
+@record
 class _Side:
     """Nodes (m, 2) of a connected stretch of a part as they are drawn, in order, and its
     condition."""

@@ -4,7 +4,6 @@ that faces in space are drawn in."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from ...contact.law_protocol import OPEN
 from ...errors import InputError
 from ...given.interface_data import PosedInterface
 from ...mesh.surface_mesh import SurfaceMesh
+from ...record import record, replace
 from ...runtime.figure_style import label, round_number
 from ..data import SolutionData
 from ..records import PairResult, StepResult
@@ -36,7 +36,7 @@ FACING = 0.5
 """Length of the mean normal of what is in contact from which on it is seen along that."""
 
 
-@dataclass(frozen=True)
+@record
 class View:
     """Magnification and window of one drawing, or of all that are to be compared.
 
@@ -141,7 +141,7 @@ def _first_gap(solution: SolutionData, side: PosedInterface, pair: PairResult) -
     return primary.faces(part)[1].cast(pair.x, pair.normal).distance
 
 
-@dataclass(frozen=True)
+@record
 class Chart:
     """How a face in space is drawn in a plane: seen along a direction, or unrolled from a cylinder
     or cone.

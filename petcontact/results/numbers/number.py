@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
 from ...arrays import Array
+from ...record import record, replace
 from ...round_off import SOLVED
 
 ENERGY = "dissipated energy"
@@ -17,7 +16,7 @@ Key = tuple[str, str, int, int]
 """Of a number, as `Number.key`."""
 
 
-@dataclass(frozen=True)
+@record
 class Number:
     """One number, or vector, of a solution.
 

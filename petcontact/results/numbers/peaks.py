@@ -9,6 +9,7 @@ only hide what is nearer to them than where K r^(λ-1) is as large as what is el
 
 from __future__ import annotations
 
+import heapq
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace
@@ -104,6 +105,8 @@ def _beside(at: Sequence[Told], name: str) -> list[Number]:
     tried = list(itertools.islice(known, TRIED))
     if not tried:
         return []
+    for some in {own for _, own in tried}:
+        some.look_around([(place, 0.0, place.angle) for place, own in tried if own is some])
     place, some = max(tried, key=lambda each: each[1].largest_on_arc(key, each[0])[0])
     return [some.beside(f"{name} stress", key, place)]
 
@@ -121,9 +124,11 @@ def _tops(samples: Sequence[Samples], key: str) -> list[Number | None]:
     """The largest stress that has a bound on the surface, and inside where it is larger there."""
     tops, above = list[Number | None](), -np.inf
     for inside in (False, True):
-        found = ((peak, some) for some in samples for peak in some.peaks(key, inside))
+        # of each body and step the largest come first, and no more are looked for than needed
+        found = (zip(some.peaks(key, inside), itertools.repeat(some)) for some in samples)
+        largest = heapq.merge(*found, key=lambda each: -float(each[0].value[0]))
         top = None
-        for peak, some in sorted(found, key=lambda each: -float(each[0].value[0]))[:TRIED]:
+        for peak, some in itertools.islice(largest, TRIED):
             if (top := some.top(key, peak, above)) is not None:
                 break
         tops.append(top)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...fields.boundary.places import located, sizes
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import record
 from ..evaluated import Evaluated
 from ..strength.corners import corners_of
 from ..strength.singular_places import singular_places
@@ -29,7 +29,7 @@ BESIDE, INSIDE = 4, 0.2
 apart they lie inside, over the distance to the boundary: stress varies no faster there."""
 
 
-@dataclass(frozen=True)
+@record
 class NearStress:
     """A largest stress and the stress around it.
 
@@ -65,7 +65,7 @@ def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, N
         if place is None or np.isinf(number.error):
             continue
         end, near = end_of(solution, number), functools.partial(_near, solution, number, place)
-        stresses[number.key] = solution.once((number.key, *place), end, near)
+        stresses[number.key] = solution.at_end((number.key, *place), end, near)
     return stresses
 
 

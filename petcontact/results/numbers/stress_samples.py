@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -64,6 +64,7 @@ class Samples:
         self.places = singular_places(solution, step)[body]
         self._near = dict[Hashable, StressState]()
         self._rings = dict[tuple[str, Place], float]()
+        self._found = dict[str, Array]()
         self.hide_all()
         mesh = self._fields.mesh
         element, boundary = solution.boundary_state(body, step)
@@ -170,18 +171,23 @@ class Samples:
         name = f"{name} stress at {place.sides}{where}"
         return Number(name, self.body, *end, place.x, place.sides, place.x)
 
+    def look_around(self, arcs: Sequence[tuple[Place, float, float]]) -> None:
+        """Find the stress on arcs about places, each between two angles, all at once."""
+        new = [arc for arc in arcs if arc not in self._near]
+        if new:
+            points = [place.around(np.linspace(low, high, ROUND)) for place, low, high in new]
+            state = self._fields.at(np.vstack(points), outside=np.nan)
+            for k, arc in enumerate(new):
+                self._near[arc] = state.take(slice(k * ROUND, (k + 1) * ROUND))
+
     def largest_on_arc(
         self, key: str, place: Place, low: float = 0.0, high: float | None = None
     ) -> tuple[float, Array, float, float]:
         """Return the largest stress at the distance of a place between two angles, by default those
         of its sides, where it is, and the angles of the points beside that."""
-        theta = np.linspace(low, place.angle if high is None else high, ROUND)
-        known = place, low, high
-        if known not in self._near:
-            way = np.outer(np.cos(theta), place.along) + np.outer(np.sin(theta), place.inward)
-            points = place.x + place.distance * way
-            self._near[known] = self._fields.at(points, outside=np.nan)
-        state = self._near[known]
+        arc = place, low, place.angle if high is None else high
+        self.look_around([arc])
+        state, theta = self._near[arc], np.linspace(*arc[1:], ROUND)
         values = np.nan_to_num(getattr(state, key), nan=-np.inf)
         k = first_largest(values)
         ends = float(theta[max(k - 1, 0)]), float(theta[min(k + 1, ROUND - 1)])
@@ -323,6 +329,8 @@ class Samples:
 
     def _values(self, key: str) -> Array:
         """Return the stress at all samples; values that are not finite are -∞."""
-        values = np.concatenate([getattr(state, key) for state in self._states])
-        values = np.where(np.abs(values) < self._least, 0.0, values)
-        return np.where(np.isfinite(values), values, -np.inf)
+        if key not in self._found:
+            values = np.concatenate([getattr(state, key) for state in self._states])
+            values = np.where(np.abs(values) < self._least, 0.0, values)
+            self._found[key] = np.where(np.isfinite(values), values, -np.inf)
+        return self._found[key]

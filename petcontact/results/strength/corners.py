@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,11 +11,12 @@ import numpy as np
 from ...arrays import Array, Index
 from ...geometry.arcs import turn_between
 from ...mesh.surface_mesh import SurfaceMesh
+from ...record import record
 from ...refinement.panels.edges import SMOOTH, TOGETHER, edges
 from ...round_off import SINGLE
 
 
-@dataclass(frozen=True)
+@record
 class Corners:
     """Corners of an outline, or edges of a surface.
 

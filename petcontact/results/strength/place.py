@@ -63,6 +63,12 @@ class Place:
         return np.asarray(self.ends.mean(axis=0))
 
     @property
+    def key(self) -> tuple[object, ...]:
+        """What tells it from other places of its mesh; what grows there does not count."""
+        arrays = (self.ends.tobytes(), self.along.tobytes(), self.inward.tobytes())
+        return *arrays, self.elements, self.size, self.angle, self.core
+
+    @property
     def is_edge(self) -> bool:
         """Whether it is a line in space."""
         return bool(np.any(self.ends[0] != self.ends[1]))
@@ -77,6 +83,11 @@ class Place:
     def distance(self) -> float:
         """How far from it the stress beside it is told [length]."""
         return SHARE * self.size
+
+    def around(self, theta: Array) -> Array:
+        """Points (n, d) at the distance at which stress is told, at angles (n,) [length]."""
+        way = np.outer(np.cos(theta), self.along) + np.outer(np.sin(theta), self.inward)
+        return np.asarray(self.x + self.distance * way)
 
     def nearest_to(self, x: Array) -> Array:
         """The nearest points of the edge to points (n, d), (n, d) [length]."""

@@ -56,7 +56,7 @@ MOST = 0.5
 
 def singular_places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
     """Return the places of each body after an increment."""
-    return solution.once("singular", step, lambda: _places(solution, step))
+    return solution.at_end("singular", step, lambda: _places(solution, step))
 
 
 def _places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
@@ -69,6 +69,14 @@ def _places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
     return places
 
 
+def _nodes_beside(mesh: BoundaryMesh, x: Array, part: str, element: int, reach: float) -> Index:
+    """The nodes of a part that lie in an element, or nearer to a corner than some reach."""
+    nodes = mesh.nodes_of(part)
+    away = np.linalg.norm(mesh.x[nodes] - x, axis=1)
+    near = (mesh.element[nodes] == element) | (away < reach)
+    return np.asarray(nodes[near])
+
+
 class _Body:
     """A body after an increment: its corners, and what its elements touch."""
 
@@ -78,7 +86,7 @@ class _Body:
         self._body = solution.posed.bodies[list(solution.meshes).index(name)]
         self._conditions: Mapping[str, Condition] = self._body.conditions[step.step - 1]
         self.kappa = 3.0 - 4.0 * self._body.material.plane_strain_ratio
-        self._corners: Corners = corners_of(self._mesh)
+        self._corners: Corners = self._mesh.once("corners", lambda: corners_of(self._mesh))
         self._whole = float(np.ptp(self._mesh.x, axis=0).max())
         self._pair = np.full(self._mesh.n_nodes, -1)
         self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
@@ -134,6 +142,11 @@ class _Body:
             away.append(np.array([corners.nearest[corner], corners.radius[corner]]))
         every = np.concatenate(away)
         return float(every[every > SINGLE * self._whole].min(initial=self._whole))
+
+    @functools.cached_property
+    def _sizes(self) -> list[float]:
+        """The size of the feature at each corner [length]."""
+        return [self._size(x, number) for number, x in enumerate(self._corners.x)]
 
     def at_forces(self) -> Iterator[Place]:
         """Yield the place of each force that acts at a point."""
@@ -204,7 +217,7 @@ class _Body:
                     corners.ends[number],
                     tuple(sides.tolist()),
                     " and ".join(dict.fromkeys(self._part_of(each) for each in sides)),
-                    self._size(x, number),
+                    self._sizes[number],
                     corners.along[number, first],
                     corners.inward[number, first],
                     angle,
@@ -234,10 +247,11 @@ class _Body:
         """What a side of a corner does, by its nodes beside it."""
         corners, mesh = self._corners, self._mesh
         x, element = corners.x[number], corners.element[number, side]
-        nodes = mesh.nodes_of(part := self._part_of(element))
-        away = np.linalg.norm(mesh.x[nodes] - x, axis=1)
-        near = (mesh.element[nodes] == element) | (away < SHARE * self._size(x, number))
-        touched = self._touched(nodes[near], along, across)
+        part, reach = self._part_of(element), SHARE * self._sizes[number]
+        nodes = mesh.once(
+            ("beside", number, side, reach), lambda: _nodes_beside(mesh, x, part, element, reach)
+        )
+        touched = self._touched(nodes, along, across)
         if touched is not None:
             return touched
         condition = self._conditions.get(part)
@@ -327,18 +341,25 @@ class _Body:
         """The angle of the corner that a point of the other body faces and what its side off the
         contact does; where there is none those of a smooth free side, and the place on it that the
         point faces."""
-        mesh, corners, normal = self._mesh, self._corners, closed.normal
-        nodes = mesh.x[mesh.nodes_of(closed.partner.part)]
-        near = (1.0 + SINGLE) * float(np.linalg.norm(nodes - x, axis=1).min())
-        across = meeting(mesh, x, near, closed.partner.part)[0] - x
-        if along := float(across @ normal):
-            x = x + normal * float(across @ across) / along
-        foot, elements = meeting(mesh, x, near, closed.partner.part)
-        if (number := corners.meeting(foot, elements)) is not None:
+        corners, part, normal = self._corners, closed.partner.part, closed.normal
+        key = "opposite", part, x.tobytes(), normal.tobytes()
+        foot, elements, number = self._mesh.once(key, lambda: self._opposite(x, part, normal))
+        if number is not None:
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
             return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None
         return math.pi, FREE, self._smooth_place(foot, elements, closed)
+
+    def _opposite(self, x: Array, part: str, normal: Array) -> tuple[Array, Index, int | None]:
+        """The foot on a part of the point that a corner of another body faces, the elements that
+        meet there, and the number of the corner that it is."""
+        mesh = self._mesh
+        near = (1.0 + SINGLE) * float(np.linalg.norm(mesh.x[mesh.nodes_of(part)] - x, axis=1).min())
+        across = meeting(mesh, x, near, part)[0] - x
+        if along := float(across @ normal):
+            x = x + normal * float(across @ across) / along
+        foot, elements = meeting(mesh, x, near, part)
+        return foot, elements, self._corners.meeting(foot, elements)
 
     def _smooth_place(self, x: Array, elements: Index, closed: Touching) -> Place:
         """The place on smooth elements that an edge of the other body presses."""

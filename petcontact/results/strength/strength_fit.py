@@ -12,6 +12,7 @@ r^λ, by what is wrong at the place itself, and by the terms that are left out.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from ...arrays import Array, Complex, Index
 from ...fields.boundary.places import sizes
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import record
 from ...refinement.corner_modes import REGULAR, Expansion
 from ...round_off import HALF, SINGLE
 from ..body_fields import BodyFields
@@ -35,14 +37,34 @@ APART = 1e-2
 """Exponents that are nearer to each other count as one in a fit."""
 
 
-def _solved(matrix: Array, data: Array) -> Array:
-    """The unknowns of least squares, without what the data do not tell apart: singular values below
-    the share of the data that no unknowns explain."""
-    left, size, right = np.linalg.svd(matrix, full_matrices=False)
-    parts = left.T @ data
-    unexplained = np.linalg.norm(data - left @ parts) / (np.linalg.norm(data) or 1.0)
-    told = size > max(float(unexplained), HALF) * size[0]
-    return np.asarray(right[told].T @ (parts[told] / size[told]))
+@record
+class _LeastSquares:
+    """A weighted fit to the nodes beside a place, factorised.
+
+    Attributes
+    ----------
+    scale : (n,) array
+        Weights of the nodes.
+    left, size, right : arrays
+        Singular vectors and values of the weighted matrix, each column of which has length 1.
+    lengths : (k,) array
+        What the columns are divided by.
+    """
+
+    scale: Array
+    left: Array
+    size: Array
+    right: Array
+    lengths: Array
+
+    def solved(self, data: Array) -> Array:
+        """The unknowns (k,), without what data (n, 2, c) do not tell apart: singular values below
+        the share of the data that no unknowns explain."""
+        data = (data * self.scale[:, None, None]).ravel()
+        parts = self.left.T @ data
+        unexplained = np.linalg.norm(data - self.left @ parts) / (np.linalg.norm(data) or 1.0)
+        told = self.size > max(float(unexplained), HALF) * self.size[0]
+        return np.asarray(self.right[told].T @ (parts[told] / self.size[told]) / self.lengths)
 
 
 def _on_sides(mesh: BoundaryMesh, place: Place, axes: Array) -> tuple[Index, Array, Array, float]:
@@ -92,55 +114,77 @@ class Sides:
     """Displacement and traction on the two sides of a place."""
 
     def __init__(self, fields: BodyFields, place: Place) -> None:
-        mesh, axes = fields.mesh, np.stack([place.along, place.inward])
-        nodes, flat, start, self._unit = _on_sides(mesh, place, axes)
-        self._r = np.linalg.norm(flat, axis=1)
-        turned = np.arctan2(flat[:, 1], flat[:, 0]) - start
-        self._theta = start + np.remainder(turned + math.pi, 2.0 * math.pi) - math.pi
-        cosine, sine = np.cos(self._theta), np.sin(self._theta)
-        self._turn = np.array([[cosine, sine], [-sine, cosine]]).transpose(2, 0, 1)
-        self._normal = np.einsum("nij,nj->ni", self._turn, mesh.normal[nodes] @ axes.T)
-        whole = lifted(axes, max(mesh.components, mesh.dim))
-        if mesh.components == 3:
-            whole = np.vstack([whole, np.cross(*whole)])
-        u, traction = (values[nodes] @ whole.T for values in fields.data)
+        mesh = self._mesh = fields.mesh
+        self._key = "sides", *place.key
+        self._at = mesh.once(self._key, lambda: _NodesBeside(mesh, place))
+        u, traction = self._at.along(fields.data)
         u = 2.0 * fields.body.material.shear_modulus * u
-        self._data = np.stack([u, traction * self._r[:, None]], axis=1)
-        self._weight = np.sqrt(mesh.measure[nodes] / self._r)
-        self._followed = _followed(mesh, nodes, self._r)
-        # around a ring equilibrium is not that of the plane
-        self._around = bool(np.any(mesh.images(place.x[None])[-1] != place.x))
-        self._sides = np.stack([start == 0.0, start > 0.0], axis=1)
-        self._free = dict[tuple[int, complex], Array]()  # of all fits
-        end = 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
-        self._end, self._size = max(end, place.core), place.size
+        self._data = np.stack([u, traction * self._at.r[:, None]], axis=1)
 
     def fit(
         self, expansion: Expansion, between: tuple[float, float] = (0.0, 1.0), alike: bool = False
     ) -> list[float]:
         """Return K of the modes of an expansion, by nodes between shares of the farthest; all that
         are fitted count alike, or by what they are expected to be off."""
-        near = (between[0] <= self._r / self._unit) & (self._r / self._unit <= between[1])
-        least = min(mode.exponent.real for mode in expansion.modes)
+        fit = expansion, between, alike
+        equations = self._mesh.once((*self._key, *fit), lambda: self._at.equations(*fit))
+        if equations is None:
+            return [math.nan] * len(expansion.modes)
         data = self._data[..., 2:]
         if expansion.components == 2:
-            data = np.einsum("nij,nkj->nki", self._turn, self._data[..., :2])
-        most = 2.0 * expansion.components * int(near.sum()) / ENOUGH
-        matrix, left_out = self._terms(expansion, most)
-        scale = near * self._weight * (self._r / self._unit) ** -least
-        scale /= 1.0 if alike else self._off(least, left_out)
-        if matrix.shape[-1] > most:
-            return [math.nan] * len(expansion.modes)
-        matrix = (matrix * scale[:, None, None, None]).reshape(data.size, -1)
-        size = np.maximum(np.linalg.norm(matrix, axis=0), np.finfo(float).tiny)
-        parts = iter(
-            (_solved(matrix / size, (data * scale[:, None, None]).ravel()) / size).tolist()
-        )
+            data = np.einsum("nij,nkj->nki", self._at.turn, self._data[..., :2])
+        parts = iter(equations.solved(data).tolist())
         values = list[float]()
         for power in (mode.exponent for mode in expansion.modes):
             value = next(parts) if power.imag == 0.0 else math.hypot(next(parts), next(parts))
-            values.append(value * self._unit**-power.real)
+            values.append(value * self._at.unit**-power.real)
         return values
+
+
+class _NodesBeside:
+    """The nodes on the two sides of a place, and the equations of all fits to what is there."""
+
+    def __init__(self, mesh: BoundaryMesh, place: Place) -> None:
+        axes = np.stack([place.along, place.inward])
+        self._nodes, flat, start, self.unit = _on_sides(mesh, place, axes)
+        self.r = np.linalg.norm(flat, axis=1)
+        turned = np.arctan2(flat[:, 1], flat[:, 0]) - start
+        self._theta = start + np.remainder(turned + math.pi, 2.0 * math.pi) - math.pi
+        cosine, sine = np.cos(self._theta), np.sin(self._theta)
+        self.turn = np.array([[cosine, sine], [-sine, cosine]]).transpose(2, 0, 1)
+        self._normal = np.einsum("nij,nj->ni", self.turn, mesh.normal[self._nodes] @ axes.T)
+        self._axes = lifted(axes, max(mesh.components, mesh.dim))
+        if mesh.components == 3:
+            self._axes = np.vstack([self._axes, np.cross(*self._axes)])
+        self._weight = np.sqrt(mesh.measure[self._nodes] / self.r)
+        self._followed = _followed(mesh, self._nodes, self.r)
+        # around a ring equilibrium is not that of the plane
+        self._around = bool(np.any(mesh.images(place.x[None])[-1] != place.x))
+        self._sides = np.stack([start == 0.0, start > 0.0], axis=1)
+        self._free = dict[tuple[Expansion, complex], Array]()  # of all fits
+        end = 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
+        self._end, self._size = max(end, place.core), place.size
+
+    def along(self, data: Sequence[Array]) -> list[Array]:
+        """Vectors at all nodes of the body at these nodes, along the axes of the place."""
+        return [values[self._nodes] @ self._axes.T for values in data]
+
+    def equations(
+        self, expansion: Expansion, between: tuple[float, float], alike: bool
+    ) -> _LeastSquares | None:
+        """Those of a fit, as of `Sides.fit`; None where they are too few."""
+        near = (between[0] <= self.r / self.unit) & (self.r / self.unit <= between[1])
+        least = min(mode.exponent.real for mode in expansion.modes)
+        most = 2.0 * expansion.components * int(near.sum()) / ENOUGH
+        matrix, left_out = self._terms(expansion, most)
+        if matrix.shape[-1] > most:
+            return None
+        scale = near * self._weight * (self.r / self.unit) ** -least
+        scale /= 1.0 if alike else self._off(least, left_out)
+        matrix = (matrix * scale[:, None, None, None]).reshape(-1, matrix.shape[-1])
+        lengths = np.maximum(np.linalg.norm(matrix, axis=0), np.finfo(float).tiny)
+        left, size, right = np.linalg.svd(matrix / lengths, full_matrices=False)
+        return _LeastSquares(scale, left, size, right, lengths)
 
     def _off(self, least: float, left_out: float) -> Array:
         """How far rows (n,) are expected to be off, over r^λ, with the least λ of the modes and the
@@ -149,8 +193,8 @@ class Sides:
         What the elements at the place miss, or its core does otherwise, acts farther out like
         r^-1, where the terms of that with smaller exponents are fitted.
         """
-        polluted = (self._end / self._r) ** (least + 1.0)
-        return np.asarray(self._followed + polluted + (self._r / self._size) ** (left_out - least))
+        polluted = (self._end / self.r) ** (least + 1.0)
+        return np.asarray(self._followed + polluted + (self.r / self._size) ** (left_out - least))
 
     def _terms(self, expansion: Expansion, most: float) -> tuple[Array, float]:
         """What is fitted: the modes, a translation, and as many of the other terms as there are
@@ -159,13 +203,13 @@ class Sides:
             self._columns(expansion, mode.exponent, mode.coefficients[:, None])
             for mode in expansion.modes
         ]
-        still = np.zeros((len(self._r), 2, expansion.components, expansion.components))
-        still[:, 0] = self._turn if expansion.components == 2 else 1.0
+        still = np.zeros((len(self.r), 2, expansion.components, expansion.components))
+        still[:, 0] = self.turn if expansion.components == 2 else 1.0
         columns.append(still)
         left_out, powers = REGULAR, self._powers(expansion)
         free = [(power, None) for power in powers]
         for power, coefficients in (*free[:1], *expansion.polluted, *free[1:]):
-            key = expansion.components, power
+            key = expansion, power
             if key not in self._free:
                 self._free[key] = self._columns(expansion, power, coefficients)
             more = self._free[key]
@@ -188,7 +232,7 @@ class Sides:
     def _columns(self, expansion: Expansion, power: complex, fields: Complex | None) -> Array:
         """Displacement and traction times r, (n, 2, c, k), of fields with an exponent: in the plane
         by default of all in equilibrium, around a ring of whatever they are on either side."""
-        grows, count = (self._r / self._unit) ** power, 2 * expansion.components
+        grows, count = (self.r / self.unit) ** power, 2 * expansion.components
         if fields is None and self._around:
             each = np.einsum("n,ns,ij->nisj", np.abs(grows), self._sides, np.eye(count))
             return np.reshape(each, (len(grows), 2, expansion.components, 2 * count))

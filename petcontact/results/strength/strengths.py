@@ -6,7 +6,6 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -15,6 +14,7 @@ from ...arrays import Array, Mask
 from ...fields.boundary.places import sizes
 from ...fields.stress_state import StressState
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import record, replace
 from ...refinement.corner_exponents import NEAR
 from ...refinement.corner_modes import Expansion, Mode
 from ...round_off import first_largest
@@ -47,7 +47,7 @@ ANGLES, PHASES = 37, 8
 between them is less than 1 % larger."""
 
 
-@dataclass(frozen=True)
+@record
 class Fit:
     """How strongly stress grows towards a place.
 
@@ -88,25 +88,9 @@ class Fit:
     def amplitude(self, key: str) -> float:
         """The largest stress at a distance r, over r^(λ-1): "pressure" or "shear" on the side
         θ = 0, or an attribute of `StressState` at any angle."""
-        on_side = key in ("pressure", "shear")
-        theta = np.zeros(1) if on_side else np.linspace(0.0, self.place.angle, ANGLES)
-        rows = self.expansion.rows(self.mode.exponent, theta) @ self.mode.coefficients
-        phases = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, PHASES, endpoint=False))
-        if self.mode.exponent.imag == 0.0:
-            phases = phases[:1]
-        rows = self.value * (phases[:, None, None] * rows).real
-        stress = np.zeros((len(phases), len(theta), 6))
-        if self.expansion.components == 2:
-            stress[..., [3, 1, 0]] = rows[..., 2:]
-            stress[..., 2] = self.across * (stress[..., 0] + stress[..., 1])
-        else:
-            stress[..., [5, 4]] = rows[..., 1:]
-        stress = stress.reshape(-1, 6)
-        if on_side:
-            shear = np.hypot(stress[:, 3], stress[:, 5])
-            return float((-stress[:, 1] if key == "pressure" else shear).max())
-        state = StressState(stress[:, :0], stress[:, :0], stress, stress[:, 2])
-        return float(getattr(state, key).max())
+        sign = math.copysign(1.0, self.value)
+        of = self.expansion, self.mode, self.place.angle, self.across
+        return abs(self.value) * _amplitude(*of, key, sign)
 
     def reach(self, amplitude: float, elsewhere: float) -> float:
         """The distance up to which stress with an amplitude exceeds what is elsewhere [length].
@@ -141,9 +125,35 @@ class Fit:
         return not self.place.pressed and abs(self.mode.exponent.real - 0.5) < NEAR
 
 
+@functools.lru_cache(maxsize=4096)
+def _amplitude(
+    expansion: Expansion, mode: Mode, angle: float, across: float, key: str, sign: float
+) -> float:
+    """`Fit.amplitude` of K = 1 or -1."""
+    on_side = key in ("pressure", "shear")
+    theta = np.zeros(1) if on_side else np.linspace(0.0, angle, ANGLES)
+    rows = expansion.rows(mode.exponent, theta) @ mode.coefficients
+    phases = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, PHASES, endpoint=False))
+    if mode.exponent.imag == 0.0:
+        phases = phases[:1]
+    rows = sign * (phases[:, None, None] * rows).real
+    stress = np.zeros((len(phases), len(theta), 6))
+    if expansion.components == 2:
+        stress[..., [3, 1, 0]] = rows[..., 2:]
+        stress[..., 2] = across * (stress[..., 0] + stress[..., 1])
+    else:
+        stress[..., [5, 4]] = rows[..., 1:]
+    stress = stress.reshape(-1, 6)
+    if on_side:
+        shear = np.hypot(stress[:, 3], stress[:, 5])
+        return float((-stress[:, 1] if key == "pressure" else shear).max())
+    state = StressState(stress[:, :0], stress[:, :0], stress, stress[:, 2])
+    return float(getattr(state, key).max())
+
+
 def fits(solution: Evaluated, step: StepResult) -> list[Fit]:
     """Return K of all modes of all places after an increment."""
-    return solution.once("fits", step, lambda: _fits(solution, step))
+    return solution.at_end("fits", step, lambda: _fits(solution, step))
 
 
 def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
@@ -175,7 +185,7 @@ def _spreads(sides: Sides, expansion: Expansion, values: list[float]) -> list[fl
     return [float(each) for each in np.nan_to_num(np.abs(every - values)).max(axis=0)]
 
 
-@dataclass(frozen=True)
+@record
 class Beside:
     """What of a traction of a pair lies beside places without a bound.
 

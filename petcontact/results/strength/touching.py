@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -13,6 +12,7 @@ from ...arrays import Array, Index
 from ...geometry.rotation import lifted
 from ...given.interface_data import Law
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import record
 from ...refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
 from ...refinement.panels.edges import SMOOTH
 from ...round_off import SINGLE
@@ -27,7 +27,7 @@ tractions, from which on stress has no bound there. It adds as much as that trac
 of the size: (2/π) 0.23 log(1e3) = 1."""
 
 
-@dataclass(frozen=True)
+@record
 class Partner:
     """What a side of a body may touch.
 
@@ -51,7 +51,7 @@ class Partner:
     coulomb: bool
 
 
-@dataclass(frozen=True)
+@record
 class Touching:
     """A side that touches something at a corner.
 

@@ -4,19 +4,19 @@ pictures."""
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...geometry.quadratic import REFERENCE
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
+from ...record import record
 
 CELLS = {(3, False): "triangle", (4, False): "quad", (3, True): "triangle6", (4, True): "quad9"}
 """By the number of corners, and whether they are of the second order; VTK's 5, 9, 22 and 28."""
 
 
-@dataclass(frozen=True)
+@record
 class Places:
     """Points on the panels of a surface.
 

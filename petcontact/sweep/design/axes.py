@@ -6,19 +6,19 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
 from ...errors import InputError
 from ...model.case import KEYS, whole_key
+from ...record import record
 from .sweep_file import Sample, SweepFile
 
 SHORT = {"method.rule": "", "method.rho": "rho", "mesh.element_size": "h"}
 """What stands before the value in an id, where that is not the name of the key."""
 
 
-@dataclass(frozen=True)
+@record
 class Axis:
     """Keys that change together.
 

@@ -9,7 +9,6 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from ...errors import InputError
 from ...given.tables.base import parse
 from ...model.case import parse_problem
 from ...model.problem import Problem
+from ...record import record
 from .axes import full_key, make_axes, value_word
 from .sweep_file import LARGEST_SWEEP, SweepFile, read_files
 
@@ -27,7 +27,7 @@ VALIDATED = 1000
 rest in their turn."""
 
 
-@dataclass(frozen=True)
+@record
 class Base:
     """A problem in a variant: what the axes are crossed with.
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...given.tables.solver_options import Method
+from ...record import record
 from ..design.axes import short_number
 from ..store.case_table import CaseTable
 
@@ -20,7 +20,7 @@ OF_CONTACT = ("max_pressure", "contact_area", "slip_length", "max_u_t")
 """What one asks about the same contact under other loads, shapes or materials."""
 
 
-@dataclass(frozen=True)
+@record
 class Cell:
     """Some cases in one place of a table.
 
@@ -56,7 +56,7 @@ class Cell:
         return f"{value:.0f}" if value == round(value) else f"{value:.1f}"
 
 
-@dataclass(frozen=True)
+@record
 class Table:
     """One table: cells by row and column key, both in the order of the sweep.
 

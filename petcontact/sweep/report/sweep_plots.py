@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
+from ...record import record
 from ...runtime.figure_style import save
 from ..store.case_table import CaseTable
 from .formats import label
@@ -17,7 +17,7 @@ from .formats import label
 MOST_LINES = 12
 
 
-@dataclass(frozen=True)
+@record
 class Plot:
     """What a plot shows.
 

@@ -3,7 +3,7 @@ alone."""
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from ...errors import PetcontactError
 from ...model.problem import Problem
 from ...pipeline.choice import compression_of, dense_seconds, resolved_bem
 from ...pipeline.solve import adapts_itself
+from ...record import record
 from ...refinement.body_meshes import mesh_of
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios
@@ -21,7 +22,7 @@ PROCESS_MEMORY = 1.35e8
 """Bytes of a rank before it has read a case: Python, numpy, PETSc and HDF5."""
 
 
-@dataclass(frozen=True)
+@record
 class Cost:
     """Size of a prepared problem, and what it takes.
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ...arrays import Index
+from ...record import record
 from .cost import Cost
 
 
@@ -49,7 +49,7 @@ class Counters:
             return 0
 
 
-@dataclass(frozen=True)
+@record
 class WorkShare:
     """The cases that one team of ranks takes.
 

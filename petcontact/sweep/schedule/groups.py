@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,12 +16,13 @@ import numpy as np
 from ...arrays import Index
 from ...errors import PetcontactError
 from ...model.problem import Problem
+from ...record import record
 from ..design.sweep import Sweep
 from ..problems import elimination_needs
 from .cost import PROCESS_MEMORY, Cost
 
 
-@dataclass(frozen=True)
+@record
 class Groups:
     """All groups of a sweep.
 

@@ -11,7 +11,6 @@ import functools
 import importlib
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ import h5py
 import numpy as np
 
 from ...errors import InputError, OutputError, ResultError
+from ...record import record
 from ...results.format.container import write_atomically
 from ...results.solution import Solution, read_result
 from ..design.identity import Identity
@@ -34,7 +34,7 @@ OF_RECORDS = ("id", "keep", "bytes", "sum")
 """Entries of a record that are no columns: the id is that which the case has in the sweep."""
 
 
-@dataclass(frozen=True)
+@record
 class CaseTable:
     """The cases of a sweep in its order.
 
