@@ -15,7 +15,7 @@ from ...given.conditions import Displacement, Symmetry
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...record import record, replace
+from ...record import Keeping, field, record, replace
 from ...refinement.panels.bands import LEVELS, Laid, banded
 from ...refinement.panels.face_gaps import face_gap, opposite
 from ...refinement.panels.forecast import WIDER, Forecast, band_of, force_at, forecast_of
@@ -65,8 +65,73 @@ class _Long:
         return np.asarray(np.all(away, axis=0) if away else np.full(len(along), True))
 
 
-class Bands:
-    """The bands of the long contacts of a problem, and the numbers of lines that they have had.
+@record
+class LaidBands:
+    """The bands that meshes have.
+
+    Attributes
+    ----------
+    long : dict
+        The long contacts by interface; None for one that is not long.
+    lines : dict of int
+        Lines between the ridge and the edge of each band.
+    made : dict of int
+        On how many meshes each contact has had a new band.
+    first : int
+        Lines of first bands.
+    """
+
+    long: dict[str, _Long | None] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+    made: dict[str, int] = field(default_factory=dict)
+    first: int = 0
+
+    def of(self, side: PosedInterface) -> _Long:
+        """Return a long contact that has a band."""
+        long = self.long[side.name]
+        assert long is not None
+        return long
+
+    def apart(self, before: Solution, after: Solution, errors: TailErrors) -> float:
+        """Return the relative error of p and q by their change from one band to the next [-].
+
+        It is infinite unless all contacts that carry anything have bands on both. Ends at which p
+        is infinite are left out.
+        """
+        worst = 0.0
+        for old, new in zip(step_ends(before.steps), step_ends(after.steps), strict=True):
+            for side in after.posed.interfaces:
+                if not new.pairs[side.name].size.any():
+                    continue
+                if self.made.get(side.name, 0) < 2:
+                    return np.inf
+                weight = errors.weight(side, new) * self.of(side).away(new.pairs[side.name].x)
+                worst = max(worst, _difference((before, old), (after, new), side, weight))
+        return LEFT * worst
+
+    def start(self, problem: PreparedProblem) -> Start | None:
+        """Return a start without tractions that is closed in the bands, or None without bands.
+
+        Pairs without a band overlap everywhere."""
+        if not self.lines:
+            return None
+        v = list[Array]()
+        for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
+            x = problem.discrete.meshes[side.body].x[interface.nodes]
+            v.append(np.zeros((len(x), problem.system.k)))
+            v[-1][:, -1] = 1.0
+            if side.name in self.lines:
+                long = self.of(side)
+                v[-1][:, -1] = np.where(long.band.holds(long.charts[0].local(x)), 1.0, -1.0)
+        return np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))
+
+
+Made = tuple[list[SurfaceMesh], LaidBands]
+"""Meshes with bands, or none, and all bands."""
+
+
+class Bands(Keeping):
+    """Lays bands along the long contacts of a problem.
 
     Parameters
     ----------
@@ -74,8 +139,6 @@ class Bands:
 
     Attributes
     ----------
-    level : dict of int
-        Lines between the ridge and the edge of each band.
     faces : int
         Number of faces that may have bands.
     """
@@ -89,25 +152,23 @@ class Bands:
         ]
         self._sides = [side for group in self._groups for side in group]
         self.faces = len({end for side in self._sides for end in side.ends})
-        self._long, self._shapes = dict[str, _Long | None](), dict[str, _Shape | None]()
-        self.level = dict[str, int]()
-        self._start, self._made = 0, dict[str, int]()
 
-    def first(
-        self, meshes: Sequence[SurfaceMesh], wanted: float, completed: Completed
-    ) -> list[SurfaceMesh]:
+    def first(self, meshes: Sequence[SurfaceMesh], wanted: float, completed: Completed) -> Made:
         """Return first meshes with bands where forces of contacts are known, else none.
 
         They have so many lines that one more line reaches the wanted error."""
-        self._start = sum(LEFT * error > wanted for error in ERRORS[:-1])
+        laid = LaidBands(first=sum(LEFT * error > wanted for error in ERRORS[:-1]))
         forces = {side.name: known_force(self._posed, side, meshes) for side in self._sides}
-        return self._laid(
-            meshes, {name: force for name, force in forces.items() if force}, completed
-        )
+        known = {name: force for name, force in forces.items() if force}
+        return self._more(laid, meshes, known, completed)
 
     def next(
-        self, solution: Solution, meshes: Sequence[SurfaceMesh], completed: Completed
-    ) -> list[SurfaceMesh]:
+        self,
+        laid: LaidBands,
+        solution: Solution,
+        meshes: Sequence[SurfaceMesh],
+        completed: Completed,
+    ) -> Made:
         """Return meshes with bands that follow a solution, with more lines than before, or none."""
         steps, forces = step_ends(solution.steps or solution.tried), dict[str, float]()
         for group in self._groups:
@@ -116,105 +177,78 @@ class Bands:
                 forces[side.name] = max(float(pair.weight @ pair.pressure) for pair in pairs)
             if not any(forces[side.name] for side in group):
                 forces |= self._of_overlaps(group, steps[-1])
-                self._start = 0  # such bands show where the next ones lie
-        return self._laid(meshes, forces, completed, solution)
+                laid = replace(laid, first=0)  # such bands show where the next ones lie
+        return self._more(laid, meshes, forces, completed, solution)
 
-    def apart(self, solutions: tuple[Solution, Solution], errors: TailErrors) -> float:
-        """Return the relative error of p and q by their change from one band to the next [-].
-
-        It is infinite unless all contacts that carry anything have bands on both. Ends at which p
-        is infinite are left out.
-        """
-        before, after = solutions
-        worst = 0.0
-        for old, new in zip(step_ends(before.steps), step_ends(after.steps), strict=True):
-            for side in self._posed.interfaces:
-                if not new.pairs[side.name].size.any():
-                    continue
-                if self._made.get(side.name, 0) < 2:
-                    return np.inf
-                weight = errors.weight(side, new) * self._of(side).away(new.pairs[side.name].x)
-                worst = max(worst, _difference((before, old), (after, new), side, weight))
-        return LEFT * worst
-
-    def start(self, problem: PreparedProblem) -> Start | None:
-        """Return a start without tractions that is closed in the bands, or None without bands.
-
-        Pairs without a band overlap everywhere."""
-        if not self.level:
-            return None
-        v = list[Array]()
-        for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
-            x = problem.discrete.meshes[side.body].x[interface.nodes]
-            v.append(np.zeros((len(x), problem.system.k)))
-            v[-1][:, -1] = 1.0
-            if side.name in self.level:
-                long = self._of(side)
-                v[-1][:, -1] = np.where(long.band.holds(long.charts[0].local(x)), 1.0, -1.0)
-        return np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))
-
-    def _laid(
+    def _more(
         self,
+        laid: LaidBands,
         meshes: Sequence[SurfaceMesh],
         forces: Mapping[str, float],
         completed: Completed,
         solution: Solution | None = None,
-    ) -> list[SurfaceMesh]:
+    ) -> Made:
         """Return meshes with one line more in each band, or none if no band is new.
 
         First bands that cost too much have two lines less: the next ones then cost less, too, and
         show the error.
         """
         while True:
-            made, levels = self._one_more(meshes, forces, solution)
-            grown = [name for name, level in levels.items() if level != self.level.get(name)]
+            made, new = self._one_more(laid, meshes, forces, solution)
+            grown = [name for name, lines in new.lines.items() if lines != laid.lines.get(name)]
             made = completed(made) if grown else []
             if made:
-                self._made |= {name: self._made.get(name, 0) + 1 for name in grown}
-                self.level = levels
-            if made or not grown or self.level or not self._start:
-                return made
-            self._start = max(self._start - 2, 0)
+                counts = {name: laid.made.get(name, 0) + 1 for name in grown}
+                return made, replace(new, made=laid.made | counts)
+            laid = replace(laid, long=new.long | laid.long)
+            if not grown or laid.lines or not laid.first:
+                return [], laid
+            laid = replace(laid, first=max(laid.first - 2, 0))
 
     def _one_more(
         self,
+        laid: LaidBands,
         meshes: Sequence[SurfaceMesh],
         forces: Mapping[str, float],
         solution: Solution | None,
-    ) -> tuple[list[SurfaceMesh], dict[str, int]]:
-        """Return meshes with one line more in each band, and the numbers of lines."""
-        made, levels = [*meshes], dict(self.level)
+    ) -> Made:
+        """Return meshes with one line more in each band."""
+        made = [*meshes]
         for group in self._groups:
-            longs = self._longs(group, meshes, forces, solution)
+            known, longs = self._longs(group, laid, meshes, forces, solution)
+            laid = replace(laid, long=known)
             own = {
-                name: min(self.level.get(name, self._start - 1) + 1, LEVELS - 1) for name in longs
+                name: min(laid.lines.get(name, laid.first - 1) + 1, LEVELS - 1) for name in longs
             }
             new = self._on_all(made, longs, own)
             if new is not None:
-                made, levels = new, levels | own
-                self._long |= longs
-        return made, levels
+                made = new
+                laid = replace(laid, long={**laid.long, **longs}, lines=laid.lines | own)
+        return made, laid
 
     def _longs(
         self,
         group: Sequence[PosedInterface],
+        laid: LaidBands,
         meshes: Sequence[SurfaceMesh],
         forces: Mapping[str, float],
         solution: Solution | None,
-    ) -> dict[str, _Long]:
-        """Return the contacts of a group that carry anything, or none if one of them is not
-        long."""
-        result = dict[str, _Long]()
+    ) -> tuple[dict[str, _Long | None], dict[str, _Long]]:
+        """Return what is known of contacts, and those of a group that carry anything; none of them
+        if one is not long."""
+        known, result = dict(laid.long), dict[str, _Long]()
         for side in group:
             force = forces.get(side.name, 0.0)
-            long = self._known(side, force, meshes) if force > 0.0 else None
+            if force > 0.0 and side.name not in known:
+                known[side.name] = self._expected(side, force, meshes)
+            long = known[side.name] if force > 0.0 else None
             if long is None and (force > 0.0 or solution is None):
-                return {}
-            if long is not None and solution is not None and side.name in self.level:
+                return known, {}
+            if long is not None and solution is not None and side.name in laid.lines:
                 long = replace(long, band=followed(long, solution))
             if long is not None:
                 result[side.name] = long
-        return result
+        return known, result
 
     def _on_all(
         self, meshes: Sequence[SurfaceMesh], longs: Mapping[str, _Long], levels: Mapping[str, int]
@@ -245,20 +279,6 @@ class Bands:
         way /= np.linalg.norm(way, axis=1, keepdims=True)
         across = np.column_stack([way[:, 1], -way[:, 0]])
         return [band, replace(band, points=places, across=across)]
-
-    def _of(self, side: PosedInterface) -> _Long:
-        """Return a long contact that has a band."""
-        long = self._long[side.name]
-        assert long is not None
-        return long
-
-    def _known(
-        self, side: PosedInterface, force: float, meshes: Sequence[SurfaceMesh]
-    ) -> _Long | None:
-        """Return what is expected of a contact, looked for once; None if it is not long."""
-        if side.name not in self._long:
-            self._long[side.name] = self._expected(side, force, meshes)
-        return self._long[side.name]
 
     def _expected(
         self, side: PosedInterface, force: float, meshes: Sequence[SurfaceMesh]
@@ -297,9 +317,7 @@ class Bands:
 
     def _shape(self, side: PosedInterface) -> _Shape | None:
         """Return the shape of a contact, looked for once; None if it has no straight ridge."""
-        if side.name not in self._shapes:
-            self._shapes[side.name] = self._looked_for(side)
-        return self._shapes[side.name]
+        return self.once(side.name, lambda: self._looked_for(side))
 
     def _looked_for(self, side: PosedInterface) -> _Shape | None:
         charts = self._charts(side, None)

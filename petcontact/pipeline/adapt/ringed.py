@@ -35,10 +35,12 @@ MOVED = 0.003
 
 Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
 """Function that returns complete meshes, or none where these cost too much."""
+Rings = list[tuple[int, ContactEllipse]]
+"""The numbers of rings that an elliptical contact has had, and the zones that they followed."""
 
 
 class EllipticContacts:
-    """The numbers of rings that each elliptical contact has had.
+    """Lays rings along the edges of elliptical contacts.
 
     A contact gets more rings, or the same number again if its edge has moved. Without rings, panels
     as narrow at a circular edge are nine times as many. Their error is larger, since p is a square
@@ -61,16 +63,17 @@ class EllipticContacts:
             if all(self._surfaces[body] and ends.count((body, part)) == 1 for body, part in both)
         }
         self._first = first
-        self._made = {name: list[tuple[int, ContactEllipse]]() for name in self._faces}
 
     def meshes(
         self,
+        before: Mapping[str, Rings],
         solution: Solution,
         small: Mapping[str, ContactEllipse],
         errors: tuple[float, float],
         completed: Completed,
-    ) -> list[SurfaceMesh]:
-        """Return meshes with more rings if these reduce the estimate, else none.
+    ) -> tuple[list[SurfaceMesh], Mapping[str, Rings]]:
+        """Return meshes with more rings if these reduce the estimate, else none; and all rings of
+        each contact.
 
         The rings follow the contact at the end of the last step; earlier steps must lie inside. The
         last rings also follow the edges of stick zones, unless the meshes cannot be completed then.
@@ -78,16 +81,16 @@ class EllipticContacts:
         smaller than a panel.
         """
         for sticks in (True, False):
-            rings, meshes = self._ringed(solution, small, errors, sticks)
+            rings, meshes = self._ringed(before, solution, small, errors, sticks)
             meshes = completed(meshes) if rings else []
             if meshes:
-                for name, ring in rings.items():
-                    self._made[name].append(ring)
-                return meshes
-        return []
+                more = {name: [*before.get(name, []), ring] for name, ring in rings.items()}
+                return meshes, {**before, **more}
+        return [], before
 
     def _ringed(
         self,
+        before: Mapping[str, Rings],
         solution: Solution,
         small: Mapping[str, ContactEllipse],
         errors: tuple[float, float],
@@ -97,7 +100,7 @@ class EllipticContacts:
         meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
         rings = dict[str, tuple[int, ContactEllipse]]()
         for name, both in self._faces.items():
-            asked = self._asked(solution, name, small.get(name), errors)
+            asked = _asked(before.get(name, []), solution, name, small.get(name), errors)
             if asked is None:
                 continue
             count, zone = asked
@@ -121,34 +124,6 @@ class EllipticContacts:
                 rings[name] = count, zone
         return rings, meshes
 
-    def _asked(
-        self,
-        solution: Solution,
-        name: str,
-        small: ContactEllipse | None,
-        errors: tuple[float, float],
-    ) -> tuple[int, ContactEllipse] | None:
-        """Return the number of rings of a contact and its zone; None if rings are of no use."""
-        estimate, wanted = errors
-        more = [n for n in self._possible(name) if RINGS[n - 1] < estimate]
-        if not more or solution.kind == "bilateral":
-            return None
-        enough = max(wanted, FALL * estimate)
-        count = next((n for n in more if RINGS[n - 1] <= enough), more[-1])
-        pairs = [step.pairs[name] for step in step_ends(solution.steps or solution.tried)]
-        closed = np.any([pair.pressure > 0.0 for pair in pairs], axis=0)
-        zone = small or zone_of(pairs[-1].x, pairs[-1].weight, pairs[-1].pressure, closed)
-        before = [old for n, old in self._made[name] if n == count]
-        if zone is None or any(zone.apart(old) < MOVED for old in before):
-            return None
-        return count, zone
-
-    def _possible(self, name: str) -> list[int]:
-        """Return the rings that a contact may get: not fewer than before, the same ones twice."""
-        made = [n for n, _ in self._made[name]]
-        counts = range(max(made, default=1), len(RINGS) + 1)
-        return [n for n in counts if made.count(n) < 2]
-
     def _filled(
         self,
         mesh: tuple[SurfaceMesh, SurfaceMesh],
@@ -166,6 +141,36 @@ class EllipticContacts:
             (made for patch in patches if (made := ringed(patch, zone, count, stick)) is not None),
             None,
         )
+
+
+def _asked(
+    made: Rings,
+    solution: Solution,
+    name: str,
+    small: ContactEllipse | None,
+    errors: tuple[float, float],
+) -> tuple[int, ContactEllipse] | None:
+    """Return the number of rings of a contact and its zone; None if rings are of no use."""
+    estimate, wanted = errors
+    more = [n for n in _possible(made) if RINGS[n - 1] < estimate]
+    if not more or solution.kind == "bilateral":
+        return None
+    enough = max(wanted, FALL * estimate)
+    count = next((n for n in more if RINGS[n - 1] <= enough), more[-1])
+    pairs = [step.pairs[name] for step in step_ends(solution.steps or solution.tried)]
+    closed = np.any([pair.pressure > 0.0 for pair in pairs], axis=0)
+    zone = small or zone_of(pairs[-1].x, pairs[-1].weight, pairs[-1].pressure, closed)
+    before = [old for n, old in made if n == count]
+    if zone is None or any(zone.apart(old) < MOVED for old in before):
+        return None
+    return count, zone
+
+
+def _possible(made: Rings) -> list[int]:
+    """Return the rings that a contact may get: not fewer than before, the same ones twice."""
+    numbers = [n for n, _ in made]
+    counts = range(max(numbers, default=1), len(RINGS) + 1)
+    return [n for n in counts if numbers.count(n) < 2]
 
 
 def expected_start(

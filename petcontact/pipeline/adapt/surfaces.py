@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,11 +24,11 @@ from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panels
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
-from .banded import Bands
+from .banded import Bands, LaidBands
 from .budget import budget_of
 from .cut_panels import PanelCuts, Seen
 from .first_mesh import FirstMeshes
-from .ringed import EllipticContacts, expected_start, small_contacts, zone_about
+from .ringed import EllipticContacts, Rings, expected_start, small_contacts, zone_about
 from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
 from .surface_errors import TailErrors
 
@@ -77,6 +77,8 @@ class PanelMarks:
         Contacts that are smaller than their panels.
     follow : bool
         Whether bands or rings along the edges of contacts are laid instead, if they fit.
+    bands, rings : LaidBands, dict of Rings
+        The bands and rings that meshes have had.
     """
 
     seen: Seen = field(default_factory=Seen)
@@ -86,6 +88,8 @@ class PanelMarks:
     raised: list[Mask] = field(default_factory=list)
     small: list[tuple[PosedInterface, SmallContact]] = field(default_factory=list)
     follow: bool = True
+    bands: LaidBands = field(default_factory=LaidBands)
+    rings: Mapping[str, Rings] = field(default_factory=dict)
 
 
 class PanelTails(Strategy[TailEstimate, PanelMarks]):
@@ -113,7 +117,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         errors, apart = TailErrors(tried.solution), math.inf
         every = [*before.all] if before else []
         if before is not None:
-            apart = self._bands.apart((before.solution, tried.solution), errors)
+            apart = tried.meshes.marks.bands.apart(before.solution, tried.solution, errors)
             # numbers gain from one band to the next what bands gain
             every[-1] = min(every[-1], apart / SHRINK)
         error, resultants = errors.error(apart)
@@ -132,9 +136,19 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         along = map(halved, errors.meshes, cut_ones, errors.directional_squares())
         # rings around one contact mend no error of another one that no node sees; what a band has
         # wrong is known from the next one only, whatever the tails say
-        off = errors.are_off_contact(error) and not self._bands.level
+        laid: PanelMarks = estimate.tried.meshes.marks
+        off = errors.are_off_contact(error) and not laid.bands.lines
         small, seen = small_contacts(self._posed, errors.solution), _seen(estimate.tried)
-        return PanelMarks(seen, errors, error, list(along), raised, small, not off)
+        return replace(
+            laid,
+            seen=seen,
+            errors=errors,
+            error=error,
+            cut=list(along),
+            raised=raised,
+            small=small,
+            follow=not off,
+        )
 
     def marks_after_failure(
         self, tried: Tried[PanelMarks], estimate: TailEstimate | None
@@ -158,26 +172,36 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         none = [np.zeros(mesh.n_elements, dtype=bool) for mesh in errors.meshes]
         seen = _seen(tried)._replace(last=estimate.solution if estimate else None)
         error = estimate.error if estimate else math.inf
-        small = small_contacts(self._posed, solution)
-        return PanelMarks(seen, errors, error, marked, none, small, not everywhere)
+        return replace(
+            tried.meshes.marks,
+            seen=seen,
+            errors=errors,
+            error=error,
+            cut=marked,
+            raised=none,
+            small=small_contacts(self._posed, solution),
+            follow=not everywhere,
+        )
 
     def meshes(self, marks: PanelMarks, level: int) -> Meshes[PanelMarks]:
         """Return the first meshes; later ones with bands or rings along the edges of contacts, or
         with panels that are cut or have the next order."""
         if level == MOST:
             return Meshes(marks, level)
-        start = functools.partial(self._start, marks)
         if marks.errors is None:
-            return Meshes(marks, level, self._with_bands() or self._first.meshes, start=start)
-        made, refused = self._followed(marks, marks.errors) if marks.follow else ([], "")
-        if not (made or refused):
-            made, refused = self._refined(marks, marks.errors)
-        return Meshes(marks, level, made, exhausted="" if made else refused, start=start)
+            made, bands = self._with_bands()
+            laid, made, refused = replace(marks, bands=bands), made or self._first.meshes, ""
+        else:
+            laid, made, refused = self._followed(marks, marks.errors)
+            if not (made or refused):
+                made, refused = self._refined(marks, marks.errors)
+        start = functools.partial(_start, laid)
+        return Meshes(laid, level, made, exhausted="" if made else refused, start=start)
 
-    def _with_bands(self) -> list[SurfaceMesh]:
+    def _with_bands(self) -> tuple[list[SurfaceMesh], LaidBands]:
         """Return first meshes with bands, if long contacts are known before a solve."""
         if not all(body.mesh.automatic for body in self._posed.bodies):
-            return []
+            return [], LaidBands()
 
         def completed(meshes: list[SurfaceMesh]) -> list[SurfaceMesh]:
             made, refused = self._cuts.completed(meshes, Seen(), self._bands.faces)
@@ -185,9 +209,13 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
 
         return self._bands.first(self._first.meshes, self.wanted.accuracy, completed)
 
-    def _followed(self, marks: PanelMarks, errors: TailErrors) -> tuple[list[SurfaceMesh], str]:
+    def _followed(
+        self, marks: PanelMarks, errors: TailErrors
+    ) -> tuple[PanelMarks, list[SurfaceMesh], str]:
         """Return meshes with bands or rings along contact edges, or none that the budget allows;
-        and why bands that are there do not go on."""
+        the marks with these, and why bands that are there do not go on."""
+        if not marks.follow:
+            return marks, [], ""
         solution, refused = errors.solution, ""
 
         def completed(meshes: list[SurfaceMesh], faces: int = 0) -> list[SurfaceMesh]:
@@ -196,25 +224,14 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
             return [] if refused else made
 
         on_both = functools.partial(completed, faces=self._bands.faces)
-        if banded := self._bands.next(solution, self._first.plain, on_both):
-            return banded, ""
-        if self._bands.level and refused:  # halving such panels costs more than a band
-            return [], refused
+        made, bands = self._bands.next(marks.bands, solution, self._first.plain, on_both)
+        marks = replace(marks, bands=bands)
+        if made or (bands.lines and refused):  # halving such panels costs more than a band
+            return marks, made, "" if made else refused
         small = {side.name: zone_about(expected) for side, expected in marks.small}
         needed = marks.error, self.wanted.accuracy
-        return self._elliptic.meshes(solution, small, needed, completed), ""
-
-    def _start(self, marks: PanelMarks, problem: PreparedProblem) -> Start | None:
-        """Return a start from the first increment of the last solution.
-
-        If that mesh was too coarse, the start is closed where contact is expected.
-        """
-        if (start := self._bands.start(problem)) is not None:
-            return start
-        last = marks.seen.last
-        if last is None:
-            return expected_start(problem, marks.small)
-        return carried_over(problem, replace(last, steps=last.steps[:1]))
+        made, rings = self._elliptic.meshes(marks.rings, solution, small, needed, completed)
+        return replace(marks, rings=rings), made, ""
 
     def _overlapping(self, errors: TailErrors, failed: StepResult) -> list[Mask]:
         """Return the panels of secondaries that overlap most between nodes, (n_elements, 1) for
@@ -341,6 +358,19 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         last."""
         last = {"resultants": estimate.resultants, "shared": estimate.errors.shared}
         return {"estimates": estimate.all} | last
+
+
+def _start(marks: PanelMarks, problem: PreparedProblem) -> Start | None:
+    """Return a start from the first increment of the last solution.
+
+    If that mesh was too coarse, the start is closed where contact is expected.
+    """
+    if (start := marks.bands.start(problem)) is not None:
+        return start
+    last = marks.seen.last
+    if last is None:
+        return expected_start(problem, marks.small)
+    return carried_over(problem, replace(last, steps=last.steps[:1]))
 
 
 def _seen(tried: Tried[PanelMarks]) -> Seen:
