@@ -126,7 +126,7 @@ def _run(arguments: argparse.Namespace, case: Problem, comm: Any) -> int:
             solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
-            solution = with_numbers(solution) if not interrupted else replace(solution, written=())
+            solution = with_numbers(solution, interrupted)
             write_solution(output, solution, replace=meshes.replaces)
         number = stop()
     if first:
@@ -197,16 +197,21 @@ def is_replaced(arguments: argparse.Namespace, output: Path) -> bool:
         return False
 
 
-def with_numbers(solution: Solution) -> Solution:
+def with_numbers(solution: Solution, interrupted: int) -> Solution:
     """A solution with the numbers of its verdict, which the first rank computes, and the time that
-    they took; with none where a signal comes meanwhile."""
+    they took; with none where a signal has come or comes meanwhile."""
+    from ..pipeline.judge.findings import new_finding
     from ..runtime.petsc import petsc
 
     began, numbers = time.perf_counter(), tuple[Any, ...]()
     with contextlib.suppress(BrokenOff), answering(petsc().COMM_SELF):
-        numbers = tuple(solution.numbers)
+        numbers = () if interrupted else tuple(solution.numbers)
     timings = {**solution.timings, "numbers": time.perf_counter() - began}
-    return replace(solution, written=numbers, timings=timings)
+    solution = replace(solution, written=numbers, timings=timings)
+    if not (interrupted and math.isnan(solution.accuracy.path)):
+        return solution
+    text = "interrupted before the error of the path was known: numbers have no +-"
+    return solution.with_findings([new_finding("interrupted", text)])
 
 
 def saved_text(solution: Solution, output: Path) -> str:

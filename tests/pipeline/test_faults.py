@@ -168,6 +168,7 @@ def test_a_signal_breaks_off_another_path(tmp_path, monkeypatch, capsys):
     config = CONFIGS / "fretting.toml"
     kept, said = interrupted(tmp_path, monkeypatch, capsys, config, *coarse, *few)
     assert "interrupted by SIGTERM; the solution is saved in r.h5" in said and kept.converged
+    assert any("before the error of the path was known" in text for text in kept.warnings)
 
 
 def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch):

@@ -112,6 +112,7 @@ KINDS = {
     # estimated error
     "accuracy": Kind("warning", 0.1),
     "meshes": Kind("warning"),
+    "interrupted": Kind("warning"),
     "accuracy wanted": Kind("not converged"),
     "method error": Kind("not converged"),
     "missed data": Kind("not converged"),

@@ -173,6 +173,12 @@ def first_iterate(problem: PreparedProblem) -> Start | None:
     name = problem.discrete.posed.method.start
     if name in NAMES or problem.discrete.posed.steps:
         return None
+    file, colon, count = name.rpartition(":")
+    if colon and count.isdecimal():
+        raise InputError(
+            f"method.start: a problem without [[step]] starts from all of a file, {file!r}, "
+            f"got {name!r}"
+        )
     return carried_over(problem, _read(name, name))
 
 
