@@ -163,8 +163,8 @@ class Recorder:
         balance = balances[0] if len(balances) == 1 else np.array(balances)
         self.history.add(rho, balance, change, left, ksp_iterations)
         self.largest = max(self.largest, traction)
-        jumps = traction > JUMP * self._before > 0.0
-        self._before, self._jumps = traction, self._jumps + 1 if jumps else 0
+        self._jumps = self._jumps + 1 if traction > JUMP * self._before > 0.0 else 0
+        self._before = traction
         if self._jumps == JUMPS:
             raise SolverError(
                 "iterate",

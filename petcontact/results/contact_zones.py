@@ -198,13 +198,18 @@ def _shares(mesh: Any, contact: _Contact, inside: Mask, share: Array) -> tuple[A
     for low, high in zip(cut[:-1][is_inside], cut[1:][is_inside], strict=True):
         found += np.maximum(np.minimum(end, high) - np.maximum(start, low), 0.0)
     whole = ~np.isin(np.arange(len(numbers)), contact.row[~faced])
+    return np.where(whole, found / mesh.length[numbers], share), _at_end(mesh, contact, share)
+
+
+def _at_end(mesh: Any, contact: _Contact, share: Array) -> Mask:
+    """Which elements end at an edge that is known to a node only.
+
+    An edge in an element of one state follows from its tractions, as well as these are known, but
+    where they have no bound."""
     every = np.zeros(mesh.n_elements)
-    every[numbers] = share - 1.0
-    # an edge in an element of one state follows from its tractions, as well as these are known, but
-    # where they have no bound
-    beside = np.minimum(*(every[each[numbers]] for each in mesh.neighbours()))
-    at_edge = contact.endless & (share == 1.0) & (beside == -1.0)
-    return np.where(whole, found / mesh.length[numbers], share), at_edge
+    every[contact.numbers] = share - 1.0
+    beside = np.minimum(*(every[each[contact.numbers]] for each in mesh.neighbours()))
+    return np.asarray(contact.endless & (share == 1.0) & (beside == -1.0))
 
 
 @_shares.register

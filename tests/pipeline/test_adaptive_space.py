@@ -15,6 +15,7 @@ from petcontact import adapt, solve
 from petcontact.pipeline.adapt import budget, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
+from petcontact.pipeline.adapt.long_contacts import LaidBands
 from petcontact.pipeline.adapt.strategy import Meshes, Tried, Wanted
 from petcontact.pipeline.adapt.surface_errors import TailErrors
 from petcontact.pipeline.adapt.surfaces import PanelMarks, PanelTails, TailEstimate
@@ -136,7 +137,7 @@ def test_numbers_gain_from_band_to_band_what_bands_gain(monkeypatch):
         for block in hertz()["body"]
     )
     strategy = PanelTails(fine.posed, Wanted(1.0, asked=False))
-    monkeypatch.setattr(strategy._bands, "apart", lambda solutions, errors: 0.01)
+    monkeypatch.setattr(LaidBands, "apart", lambda bands, before, after, errors: 0.01)
     estimate: TailEstimate | None = None
     for solution in (coarse, fine):
         estimate = strategy.estimate(Tried(Meshes(PanelMarks(), 0), None, solution), estimate)

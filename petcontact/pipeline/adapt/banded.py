@@ -7,123 +7,31 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ...arrays import Array, Mask
-from ...contact.state import Start
-from ...fields.boundary.places import all_at, located, sizes
+from ...arrays import Array
+from ...fields.boundary.places import all_at
 from ...geometry.charts import Chart, chart_of
 from ...given.conditions import Displacement, Symmetry
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
-from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...record import Keeping, field, record, replace
+from ...mesh.surface_mesh import SurfaceMesh
+from ...record import Keeping, replace
 from ...refinement.panels.bands import LEVELS, Laid, banded
 from ...refinement.panels.face_gaps import face_gap, opposite
-from ...refinement.panels.forecast import WIDER, Forecast, band_of, force_at, forecast_of
+from ...refinement.panels.forecast import Forecast, band_of, force_at, forecast_of
 from ...refinement.panels.ridge import Gap, Ridge, lowest_sample, ridge_of
-from ...refinement.panels.rings import SHRINK
 from ...refinement.panels.zone import ELONGATED, ContactBand
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
-from ..steps.increment import PreparedProblem
 from .known_forces import known_force
-from .surface_errors import TailErrors
+from .long_contacts import LEFT, LaidBands, Long, followed
 
-LEFT = SHRINK / (1.0 - SHRINK)
-"""Error of p over its change from a band with one line less between the ridge and the edge [-]. The
-L2 error of polynomials next to a root is proportional to the width of the last panel, which falls
-by `SHRINK` with each line."""
 ERRORS = (0.052, 0.033, 0.023)
 """Change of p by one more line, with none, one and two lines before, of Hertz' ellipse 1:20."""
-NEAR = 0.01
-"""Distance of a node from a panel of another mesh of its face over the size of the panel, up to
-which it lies on it [-]."""
 Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
 
 
 _Shape = tuple[list[Chart], Gap, Ridge]
 """The charts of the faces of a contact, its gap on the first one, and the ridge of that."""
-
-
-@record
-class _Long:
-    """A long contact: its interface, the charts of its faces, its ridge, and the expected band."""
-
-    side: PosedInterface
-    charts: list[Chart]
-    ridge: Ridge
-    band: ContactBand
-
-    def away(self, x: Array) -> Mask:
-        """Return which points (n, 3) are away from ends where p is infinite."""
-        return self.is_inside(self.band.coordinates(self.charts[0].local(x))[1])
-
-    def is_inside(self, along: Array) -> Mask:
-        """Return which places along the ridge are a half-width away from ends where p is
-        infinite."""
-        ends = [end for end, here in zip(self.band.ends, self.band.infinite, strict=True) if here]
-        away = [np.abs(along - end) > self.band.widest for end in ends]
-        return np.asarray(np.all(away, axis=0) if away else np.full(len(along), True))
-
-
-@record
-class LaidBands:
-    """The bands that meshes have.
-
-    Attributes
-    ----------
-    long : dict
-        The long contacts by interface; None for one that is not long.
-    lines : dict of int
-        Lines between the ridge and the edge of each band.
-    made : dict of int
-        On how many meshes each contact has had a new band.
-    first : int
-        Lines of first bands.
-    """
-
-    long: dict[str, _Long | None] = field(default_factory=dict)
-    lines: dict[str, int] = field(default_factory=dict)
-    made: dict[str, int] = field(default_factory=dict)
-    first: int = 0
-
-    def of(self, side: PosedInterface) -> _Long:
-        """Return a long contact that has a band."""
-        long = self.long[side.name]
-        assert long is not None
-        return long
-
-    def apart(self, before: Solution, after: Solution, errors: TailErrors) -> float:
-        """Return the relative error of p and q by their change from one band to the next [-].
-
-        It is infinite unless all contacts that carry anything have bands on both. Ends at which p
-        is infinite are left out.
-        """
-        worst = 0.0
-        for old, new in zip(step_ends(before.steps), step_ends(after.steps), strict=True):
-            for side in after.posed.interfaces:
-                if not new.pairs[side.name].size.any():
-                    continue
-                if self.made.get(side.name, 0) < 2:
-                    return np.inf
-                weight = errors.weight(side, new) * self.of(side).away(new.pairs[side.name].x)
-                worst = max(worst, _difference((before, old), (after, new), side, weight))
-        return LEFT * worst
-
-    def start(self, problem: PreparedProblem) -> Start | None:
-        """Return a start without tractions that is closed in the bands, or None without bands.
-
-        Pairs without a band overlap everywhere."""
-        if not self.lines:
-            return None
-        v = list[Array]()
-        for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
-            x = problem.discrete.meshes[side.body].x[interface.nodes]
-            v.append(np.zeros((len(x), problem.system.k)))
-            v[-1][:, -1] = 1.0
-            if side.name in self.lines:
-                long = self.of(side)
-                v[-1][:, -1] = np.where(long.band.holds(long.charts[0].local(x)), 1.0, -1.0)
-        return np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))
 
 
 Made = tuple[list[SurfaceMesh], LaidBands]
@@ -233,10 +141,10 @@ class Bands(Keeping):
         meshes: Sequence[SurfaceMesh],
         forces: Mapping[str, float],
         solution: Solution | None,
-    ) -> tuple[dict[str, _Long | None], dict[str, _Long]]:
+    ) -> tuple[dict[str, Long | None], dict[str, Long]]:
         """Return what is known of contacts, and those of a group that carry anything; none of them
         if one is not long."""
-        known, result = dict(laid.long), dict[str, _Long]()
+        known, result = dict(laid.long), dict[str, Long]()
         for side in group:
             force = forces.get(side.name, 0.0)
             if force > 0.0 and side.name not in known:
@@ -251,7 +159,7 @@ class Bands(Keeping):
         return known, result
 
     def _on_all(
-        self, meshes: Sequence[SurfaceMesh], longs: Mapping[str, _Long], levels: Mapping[str, int]
+        self, meshes: Sequence[SurfaceMesh], longs: Mapping[str, Long], levels: Mapping[str, int]
     ) -> list[SurfaceMesh] | None:
         """Return meshes with the bands of a group on all its faces, or None without such."""
         laid, result = dict[tuple[int, str], list[Laid]](), [*meshes]
@@ -267,7 +175,7 @@ class Bands(Keeping):
             result[body] = mesh
         return result if laid else None
 
-    def _bands_of(self, long: _Long) -> list[ContactBand]:
+    def _bands_of(self, long: Long) -> list[ContactBand]:
         """Return the band on the secondary, and the same band on the primary, if that is a body."""
         own, band = long.charts[0], long.band
         if len(long.charts) == 1:
@@ -282,7 +190,7 @@ class Bands(Keeping):
 
     def _expected(
         self, side: PosedInterface, force: float, meshes: Sequence[SurfaceMesh]
-    ) -> _Long | None:
+    ) -> Long | None:
         """Return the contact that a force makes, or None if it is not long or has no ridge."""
         shape = self._shape(side)
         if shape is None:
@@ -294,20 +202,14 @@ class Bands(Keeping):
             return None
         first, last = (self._mirrors(side.body, meshes, x) for x in places[[0, -1]])
         band = replace(band_of(ridge, forecast), mirrored=(first, last))
-        return _Long(side, charts, ridge, band)
+        return Long(side, charts, ridge, band)
 
     def _of_overlaps(self, group: Sequence[PosedInterface], step: StepResult) -> dict[str, float]:
         """Return the forces that end overlaps between nodes, which contacts of a group share: a
         roller may be pressed into one of two plates before it moves."""
         shapes = {side.name: shape for side in group if (shape := self._shape(side))}
-        depths, forces = [0.0], dict[str, float]()
-        for name, (charts, gap, ridge) in shapes.items():
-            pair, least = step.pairs[name], int(ridge.gap.argmin())
-            place = charts[0].at(ridge.points[[least]])
-            near = [int(np.linalg.norm(pair.x - place, axis=1).argmin())]
-            moved = float((gap(charts[0].local(pair.x[near])) - pair.gap[near])[0])
-            depths.append(max(moved - float(ridge.gap[least]), 0.0))
-        depth = sum(depths) / len(group)
+        depths = [_overlap(shape, step.pairs[name]) for name, shape in shapes.items()]
+        depth, forces = sum(depths) / len(group), dict[str, float]()
         for side in group:
             if side.name in shapes and 0.0 < depth < math.inf:
                 charts, _, ridge = shapes[side.name]
@@ -363,69 +265,16 @@ def _connected(sides: Sequence[PosedInterface]) -> list[list[PosedInterface]]:
     return groups
 
 
-def followed(long: _Long, solution: Solution) -> ContactBand:
-    """Return a band with the width, the length and the place along the ridge that a solution has.
-
-    Hertz' slices have ∫ p x²/∫ p = a²/4. Along the ridge the second moment of the load is compared
-    with the one that is expected. Ends that are sharp stay.
-    """
-    pair = max(
-        (step.pairs[long.side.name] for step in step_ends(solution.steps or solution.tried)),
-        key=lambda each: float(each.weight @ each.pressure),
-    )
-    band = long.band
-    across, along = band.coordinates(long.charts[0].local(pair.x))
-    force = pair.weight * pair.pressure * long.is_inside(along)
-    if not force.any():
-        return band
-    usual = band.load * np.gradient(band.s) * long.is_inside(band.s)
-    expected = 0.25 * float(usual @ band.half**2 / usual.sum()) / WIDER**2
-    half = band.half * math.sqrt(float(force @ across**2 / force.sum()) / expected)
-    if any(band.sharp):
-        return replace(band, half=half)
-    both = _spread(band.s, usual), _spread(along, force)
-    s, ends = (_moved(places, *both) for places in (band.s, np.array(band.ends)))
-    return ContactBand(
-        *long.ridge.at(s), s, half, band.load, (float(ends[0]), float(ends[1])), band.sharp
-    )
-
-
-def _moved(places: Array, old: tuple[float, float], new: tuple[float, float]) -> Array:
-    """Return places (n,) moved from one mean and standard deviation to others, slightly longer."""
-    return new[0] + WIDER * new[1] / old[1] * (places - old[0])
-
-
-def _spread(values: Array, weight: Array) -> tuple[float, float]:
-    """Return the mean and the standard deviation of values."""
-    mean = float(weight @ values / weight.sum())
-    return mean, float(np.sqrt(weight @ (values - mean) ** 2 / weight.sum()))
+def _overlap(shape: _Shape, pair: PairResult) -> float:
+    """Return how deep a contact overlaps between nodes, by what the nearest one has moved."""
+    (charts, gap, ridge), least = shape, int(shape[2].gap.argmin())
+    place = charts[0].at(ridge.points[[least]])
+    near = [int(np.linalg.norm(pair.x - place, axis=1).argmin())]
+    moved = float((gap(charts[0].local(pair.x[near])) - pair.gap[near])[0])
+    return max(moved - float(ridge.gap[least]), 0.0)
 
 
 def _is_long(forecast: Forecast) -> bool:
     """Return whether a contact is longer than an ellipse that rings surround."""
     low, high = forecast.ends
     return high - low > 2.0 * ELONGATED * forecast.usual
-
-
-def _difference(
-    before: tuple[Solution, StepResult],
-    after: tuple[Solution, StepResult],
-    side: PosedInterface,
-    weight: Array,
-) -> float:
-    """Return the relative L2 difference of p and q of an interface, at the nodes of the second
-    mesh, with weights (m,) [-]."""
-    old, new = (step.pairs[side.name] for _, step in (before, after))
-    mesh = as_surface([*before[0].meshes.values()][side.body])
-    element, place = located(mesh, new.x, side.part, NEAR * sizes(mesh))
-    found = element >= 0
-    basis = mesh.basis_at(element[found], place[found])[:, before[0].nodes[side.name]]
-    square = (basis @ _tractions(old) - _tractions(new)[found]) ** 2
-    of_p, of_q = weight[found] @ square[:, 0], weight[found] @ square[:, 1:].sum(axis=1)
-    size = float(weight @ new.size**2)
-    return math.sqrt(max(float(of_p), float(of_q)) / size) if size > 0.0 else 0.0
-
-
-def _tractions(pair: PairResult) -> Array:
-    """Return p and the vector σ_t, (m, 4) [stress]."""
-    return np.column_stack([pair.pressure, np.einsum("mk,mkd->md", pair.sigma_t, pair.tangent)])

@@ -24,7 +24,7 @@ from ...given.posed import Posed
 from ...given.tables.validated import validated
 from ...model.problem import Problem
 from ...refinement.levels import check_accuracy
-from ...results.report import Finding
+from ...results.report import Accuracy, Finding
 from ...results.solution import Solution
 from ...runtime.ranks import alone, shared_solve
 from ...runtime.signals import BrokenOff, answering
@@ -331,27 +331,21 @@ def _adapted(
 
 
 def _finished(work: AdaptiveSolve, solution: Solution, seconds: float) -> Solution:
-    estimate, error = work.estimate, max(work.error, work.left)
+    error = max(work.error, work.left)
     if math.isinf(error) and solution.accuracy.is_known:
         error = solution.accuracy.error
-    record = replace(
-        solution.accuracy,
-        wanted=work.wanted.accuracy,
-        error=error if carries_something(solution) else solution.accuracy.error,
-        elements=[
-            sum(mesh.n_elements for mesh in solved.meshes.values()) for solved in work.solutions
-        ],
-        **(work.strategy.shown(estimate) if estimate else {}),
-    )
-    if estimate:
-        record = replace(record, differences=estimate.differences)
+    record = _accuracy(work, solution, error)
     reason, findings = solution.reason, list[Finding]()
     if solution.converged:
         findings = _shortcomings(work, solution, error, record.meshes_differ)
         status, reason = judged(findings, reason)
     else:
         status = solution.status
-        if status == "not converged" and work.exhausted and not (estimate or work.wanted.asked):
+        if (
+            status == "not converged"
+            and work.exhausted
+            and not (work.estimate or work.wanted.asked)
+        ):
             reason += f"; {work.exhausted}"
     timings = {"judge": work.judging}
     for seconds_of in {
@@ -367,6 +361,21 @@ def _finished(work: AdaptiveSolve, solution: Solution, seconds: float) -> Soluti
         timings=timings,
     )
     return _with_others(work, solution).with_findings(findings)
+
+
+def _accuracy(work: AdaptiveSolve, solution: Solution, error: float) -> Accuracy:
+    """Return what is known of the errors of a solution."""
+    estimate = work.estimate
+    record = replace(
+        solution.accuracy,
+        wanted=work.wanted.accuracy,
+        error=error if carries_something(solution) else solution.accuracy.error,
+        elements=[
+            sum(mesh.n_elements for mesh in solved.meshes.values()) for solved in work.solutions
+        ],
+        **(work.strategy.shown(estimate) if estimate else {}),
+    )
+    return replace(record, differences=estimate.differences) if estimate else record
 
 
 def _with_others(work: AdaptiveSolve, solution: Solution) -> Solution:

@@ -24,10 +24,11 @@ from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panels
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
-from .banded import Bands, LaidBands
+from .banded import Bands
 from .budget import budget_of
 from .cut_panels import PanelCuts, Seen
 from .first_mesh import FirstMeshes
+from .long_contacts import LaidBands
 from .ringed import EllipticContacts, Rings, expected_start, small_contacts, zone_about
 from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
 from .surface_errors import TailErrors
@@ -126,27 +127,25 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
 
     def marks(self, estimate: TailEstimate) -> PanelMarks:
         """Return the panels with the largest errors."""
-        errors, error = estimate.errors, estimate.error
+        errors = estimate.errors
         by_step = [self._squares(errors, step) for step in step_ends(errors.solution.steps)]
         by_body = [np.sum(mask, axis=0) for mask in zip(*by_step, strict=True)]
         marked = largest(np.concatenate(by_body), SHARE)
         own = np.split(marked, np.cumsum([len(squares) for squares in by_body])[:-1])
         raised = [mask & smooth for mask, smooth in zip(own, errors.smooth(), strict=True)]
         cut_ones = [mask & ~higher for mask, higher in zip(own, raised, strict=True)]
-        along = map(halved, errors.meshes, cut_ones, errors.directional_squares())
         # rings around one contact mend no error of another one that no node sees; what a band has
         # wrong is known from the next one only, whatever the tails say
         laid: PanelMarks = estimate.tried.meshes.marks
-        off = errors.are_off_contact(error) and not laid.bands.lines
-        small, seen = small_contacts(self._posed, errors.solution), _seen(estimate.tried)
+        off = errors.are_off_contact(estimate.error) and not laid.bands.lines
         return replace(
             laid,
-            seen=seen,
+            seen=_seen(estimate.tried),
             errors=errors,
-            error=error,
-            cut=list(along),
+            error=estimate.error,
+            cut=list(map(halved, errors.meshes, cut_ones, errors.directional_squares())),
             raised=raised,
-            small=small,
+            small=small_contacts(self._posed, errors.solution),
             follow=not off,
         )
 

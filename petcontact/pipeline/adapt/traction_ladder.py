@@ -401,9 +401,8 @@ def warm_start(before: Solution, problem: PreparedProblem) -> Start:
     Their sets are the zones of a solution after its first increment.
     """
     parts, discrete = [], problem.discrete
-    first = before.steps[0]
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
-        pair = first.pairs[side.name]
+        pair = before.steps[0].pairs[side.name]
         along = main_direction(pair.sigma_t)
         direction = np.where(pair.state == SLIP, -np.sign(signed(pair.sigma_t, along)), 0.0)
         s = as_curve(discrete.meshes[side.body]).arc_length[interface.nodes]

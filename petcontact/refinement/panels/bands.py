@@ -60,24 +60,35 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
         edge.
     """
     charts, bands, levels = zip(*laid, strict=True)
+    own = zip(tiles(charts, bands), bands, levels, strict=False)
+    pieces = [_piece(*each) for each in own]
+    if not pieces or any(piece is None for piece in pieces):
+        return None
     number = mesh.part_names.index(part)
     kept = mesh.part != number
-    corners, order, middles = [mesh.corners[kept]], [mesh.order[kept]], [mesh.middles[kept]]
-    for chart, band, level in zip(own := tiles(charts, bands), bands, levels, strict=False):
-        made = _laid(chart, band, level)
-        if made is None:
-            return None
-        cells, orders = _turned_less(*made, chart)
-        points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
-        if chart.flat:
-            points[_straight(cells), 4:] = np.nan
-        corners.append(points[:, :4])
-        order.append(orders)
-        middles.append(points[:, 4:])
-    orders = np.concatenate(order)
-    parts = np.append(mesh.part[kept], np.full(len(orders) - int(kept.sum()), number))
-    pieces = np.concatenate(corners), orders, parts, mesh.part_names, np.concatenate(middles)
-    return closed(SurfaceMesh(*pieces)) if own else None
+    points, order = (np.concatenate(each) for each in zip(*filter(None, pieces), strict=True))
+    return closed(
+        SurfaceMesh(
+            np.concatenate([mesh.corners[kept], points[:, :4]]),
+            np.append(mesh.order[kept], order),
+            np.append(mesh.part[kept], np.full(len(points), number)),
+            mesh.part_names,
+            np.concatenate([mesh.middles[kept], points[:, 4:]]),
+        )
+    )
+
+
+def _piece(chart: Chart, band: ContactBand, level: int) -> tuple[Array, Index] | None:
+    """Return the points (n, 9, 3) of panels of a chart with a band, NaN for the middles of straight
+    ones, and their orders."""
+    made = _laid(chart, band, level)
+    if made is None:
+        return None
+    cells, order = _turned_less(*made, chart)
+    points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
+    if chart.flat:
+        points[_straight(cells), 4:] = np.nan
+    return points, order
 
 
 def _laid(chart: Chart, band: ContactBand, level: int) -> tuple[Array, Index] | None:

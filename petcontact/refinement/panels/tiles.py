@@ -25,20 +25,29 @@ def tiles(charts: Sequence[Chart], bands: Sequence[ContactBand]) -> list[Chart]:
     bands : sequence of ContactBand
     """
     result, corners = list[Chart](), [_corners(band) for band in bands]
-    for k, (chart, own) in enumerate(zip(charts, corners, strict=True)):
-        box, sides = (own.min(axis=0), own.max(axis=0)), np.array([chart.low, chart.high])
-        for other in (j for j in range(len(bands)) if j != k):
-            for there in _seen(chart, charts[other].at(corners[other])):
-                gaps = np.array([box[0] - there.max(axis=0), there.min(axis=0) - box[1]])
-                side, axis = np.unravel_index(int(gaps.argmax()), gaps.shape)
-                if not gaps[side, axis] > 0.0:
-                    return []
-                half_way = box[side][axis] + (side - 0.5) * gaps[side, axis]
-                sides[side, axis] = (max, min)[side](sides[side, axis], half_way)
+    for k, chart in enumerate(charts):
+        others = [charts[j].at(corners[j]) for j in range(len(bands)) if j != k]
+        sides = _cut(chart, corners[k], [there for x in others for there in _seen(chart, x)])
+        if sides is None:
+            return []
         wraps = chart.wraps and len(bands) == 1
         result.append(replace(chart, low=sides[0], high=sides[1], wraps=wraps))
     whole, *area = (float(np.prod(each.high - each.low)) for each in (charts[0], *result))
     return result if abs(sum(area) - whole) < SINGLE * whole else []
+
+
+def _cut(chart: Chart, own: Array, others: Sequence[Array]) -> Array | None:
+    """Return the low and the high coordinates (2, 2) of a chart that is cut half-way from points to
+    others (n, 2), or None where these meet."""
+    box, sides = (own.min(axis=0), own.max(axis=0)), np.array([chart.low, chart.high])
+    for there in others:
+        gaps = np.array([box[0] - there.max(axis=0), there.min(axis=0) - box[1]])
+        side, axis = np.unravel_index(int(gaps.argmax()), gaps.shape)
+        if not gaps[side, axis] > 0.0:
+            return None
+        half_way = box[side][axis] + (side - 0.5) * gaps[side, axis]
+        sides[side, axis] = (max, min)[side](sides[side, axis], half_way)
+    return sides
 
 
 def _corners(band: ContactBand) -> Array:

@@ -131,8 +131,12 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         for other, gain, there in others:
             change = _change(solution, other, number, there.get(number.key), stresses)
             error = np.fmax(error, change / (max(gain**power, LEAST_GAIN) - 1.0))
-        counted = number.is_resultant or len(others) == 1 or not np.isnan(number.exponent)
-        counted = counted or _at_singular(solution, number)
+        counted = (
+            number.is_resultant
+            or len(others) == 1
+            or not np.isnan(number.exponent)
+            or _at_singular(solution, number)
+        )
         if counted and before is not None and not solution.accuracy.estimates:
             apart = float(np.abs(number.value - before.value).max())
             error = np.fmax(error, apart / (LEAST_GAIN - 1.0))

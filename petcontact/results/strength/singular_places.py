@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...contact.law_protocol import OPEN, SLIP
+from ...contact.law_protocol import OPEN
 from ...fields.boundary.places import meeting, sizes
 from ...geometry.rotation import lifted
 from ...given.conditions import Condition, Displacement, Periodic
@@ -38,6 +38,7 @@ from ..records import StepResult
 from .corners import Corners, corners_of
 from .place import SHARE, Place
 from .touching import (
+    MOST,
     Does,
     Partner,
     Touching,
@@ -48,10 +49,8 @@ from .touching import (
     partner_of,
     pressed_at,
     shears_differ,
+    touched,
 )
-
-MOST = 0.5
-"""Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
 
 
 def singular_places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
@@ -163,39 +162,45 @@ class _Body:
     def at_edges_of_gaps(self) -> Iterator[Place]:
         """Yield a place for each element in contact beside which an edge of the other body
         presses."""
-        mesh, closed = self._mesh, np.flatnonzero(self._is_closed())
-        centre, radius = mesh.spheres
-        own = np.unique(mesh.element[closed])
+        closed, (centre, radius) = np.flatnonzero(self._is_closed()), self._mesh.spheres
+        own = np.unique(self._mesh.element[closed])
         for points, where in self._edges:
-            for ends, stretch in pressed_at(points, centre[own], radius[own]):
-                x = ends.mean(axis=0)
-                elements = meeting(mesh, x, float(radius.min()))[1]
-                # a jump may lie inside the next element
-                near = 2.0 * float(radius[elements].max())
-                nodes = closed[np.linalg.norm(mesh.x[closed] - x, axis=1) < near]
-                if not len(nodes):
-                    continue
-                inward = -mesh.normal[nodes[0]]
-                ways = mesh.x[nodes] - x
-                ways -= np.outer(ways @ inward, inward)
-                along = np.mean(ways / np.linalg.norm(ways, axis=1)[:, None], axis=0)
-                size, does = float(np.linalg.norm(along)), self._touched(nodes, along, inward)
-                # where both sides press, as under an apex, stress grows like a logarithm
-                one = size > MOST and does is not None
-                kinds = (does.kind if isinstance(does, Touching) else CLAMPED, FREE)
-                yield Place(
-                    self._name,
-                    ends,
-                    tuple(elements.tolist()),
-                    where,
-                    self._size(x, stretch=stretch),
-                    along / max(size, SINGLE),
-                    inward,
-                    math.pi,
-                    (corner_expansion(math.pi, self.kappa, *kinds, True),) if one else (),
-                    True,
-                    core_of(x, (does,)),
-                )
+            for piece in pressed_at(points, centre[own], radius[own]):
+                place = self._pressed(*piece, where, closed)
+                if place is not None:
+                    yield place
+
+    def _pressed(self, ends: Array, stretch: Array, where: str, closed: Index) -> Place | None:
+        """The place at a piece of an edge of the other body, or None where no node is closed."""
+        mesh, x = self._mesh, ends.mean(axis=0)
+        radius = mesh.spheres[1]
+        elements = meeting(mesh, x, float(radius.min()))[1]
+        # a jump may lie inside the next element
+        near = 2.0 * float(radius[elements].max())
+        nodes = closed[np.linalg.norm(mesh.x[closed] - x, axis=1) < near]
+        if not len(nodes):
+            return None
+        inward = -mesh.normal[nodes[0]]
+        ways = mesh.x[nodes] - x
+        ways -= np.outer(ways @ inward, inward)
+        along = np.mean(ways / np.linalg.norm(ways, axis=1)[:, None], axis=0)
+        size, does = float(np.linalg.norm(along)), self._touched(nodes, along, inward)
+        # where both sides press, as under an apex, stress grows like a logarithm
+        one = size > MOST and does is not None
+        kinds = (does.kind if isinstance(does, Touching) else CLAMPED, FREE)
+        return Place(
+            self._name,
+            ends,
+            tuple(elements.tolist()),
+            where,
+            self._size(x, stretch=stretch),
+            along / max(size, SINGLE),
+            inward,
+            math.pi,
+            (corner_expansion(math.pi, self.kappa, *kinds, True),) if one else (),
+            True,
+            core_of(x, (does,)),
+        )
 
     def at_corners(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
         """Yield its corners that have no bound, and what they press on smooth sides of others."""
@@ -274,26 +279,9 @@ class _Body:
             return None
         number = int(self._pair[nodes[0]])
         nodes = nodes[self._pair[nodes] == number]
-        partner = self._partners[number]
-        pair = partner.pair
-        rows, weight = self._row[nodes], self._mesh.measure[nodes]
-        closed, slips = pair.state[rows] != OPEN, pair.state[rows] == SLIP
-        if weight[closed].sum() <= MOST * weight.sum():
-            return FREE
-        normal = pair.normal[rows[closed][0]]
-        if weight[slips].sum() <= MOST * weight[closed].sum():
-            return Touching(partner, math.inf, normal, along, self._mesh.x[nodes[slips | ~closed]])
-        force = weight[slips] @ self._step.bodies[self._name].traction[nodes[slips]]
-        pressed: Array = pair.pressure[rows[slips]]
-        friction = 0.0
-        if partner.coulomb and (pressed > 0.0).any():
-            bound: Array = pair.bound[rows[slips]]
-            most = float(np.median(bound[pressed > 0.0] / pressed[pressed > 0.0]))
-            out, way = lifted(np.stack([across, along]), len(force))
-            pull = force - (force @ out) * out
-            share = float(pull @ way) / (float(np.linalg.norm(pull)) or 1.0)
-            friction = round(float(np.sign(force @ out)) * share * most, 6)
-        return Touching(partner, friction, normal, along, self._mesh.x[nodes[~slips]])
+        traction = self._step.bodies[self._name].traction
+        frame = np.stack([along, across])
+        return touched(self._mesh, traction, self._partners[number], nodes, self._row[nodes], frame)
 
     def _expansion(
         self, angle: float, x: Array, does: tuple[Does, Does], bodies: Mapping[str, _Body]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import scipy
@@ -167,14 +166,18 @@ def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
             for expansion in place.expansions:
                 values = sides.fit(expansion)
                 spreads = functools.cache(functools.partial(_spreads, sides, expansion, values))
-                own = [
+                found += _pressing(
                     Fit(place, expansion, mode, values[k], across, spreads, k)
                     for k, mode in enumerate(expansion.modes)
-                ]
-                # what presses does not pull: such a fit is one of something else
-                pulls = place.pressed and own[0].value < 0.0 and own[0].value < -own[0].spread
-                found += [replace(fit, value=math.nan) for fit in own] if pulls else own
+                )
     return found
+
+
+def _pressing(fits: Iterable[Fit]) -> list[Fit]:
+    """The fits of an expansion. What presses does not pull: such a fit is one of something else."""
+    own = list(fits)
+    pulls = own and own[0].place.pressed and own[0].value < 0.0 and own[0].value < -own[0].spread
+    return [replace(fit, value=math.nan) for fit in own] if pulls else own
 
 
 def _spreads(sides: Sides, expansion: Expansion, values: list[float]) -> list[float]:
@@ -277,16 +280,22 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
         if grows > elsewhere:
             endless.append((grows, place.x))
         hidden |= _hidden(mesh, own, r, elsewhere)
-    element, kept = mesh.element[solution.nodes[of]], np.where(hidden, 0.0, values)
-    top = first_largest(kept)
-    ends = [*itertools.chain(*(place.elements for place in away))]
-    rises = kept[top] > SMOOTH * values[~np.isin(element, ends)].max(initial=0.0)
-    # under an apex pressure grows like a logarithm, which has no K
-    for place in (each for each in away if element[top] in each.elements):
-        own = known(solution, step, place)
-        if not own or (rises and in_doubt(own)):
-            endless.append((0.0, place.x))
+    endless += _under_top(solution, step, [*away], of, np.where(hidden, 0.0, values))
     return Beside(hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1])
+
+
+def _under_top(
+    solution: Evaluated, step: StepResult, places: Sequence[Place], of: str, values: Array
+) -> Iterator[tuple[float, Array]]:
+    """Yield places at which the largest value (m,) lies, if there is no K: under an apex pressure
+    grows like a logarithm. Where K may be 0 the value must be more than elsewhere."""
+    element = solution.meshes[solution.sides[of][0]].element[solution.nodes[of]]
+    top, ends = first_largest(values), [number for place in places for number in place.elements]
+    rises = values[top] > SMOOTH * values[~np.isin(element, ends)].max(initial=0.0)
+    for place in places:
+        own = known(solution, step, place)
+        if element[top] in place.elements and (not own or (rises and in_doubt(own))):
+            yield 0.0, place.x
 
 
 def _largest_top(mesh: BoundaryMesh, x: Array, values: Array, away: Mapping[Place, Array]) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...contact.law_protocol import OPEN, SLIP
 from ...geometry.rotation import lifted
 from ...given.interface_data import Law
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -21,6 +22,8 @@ from .corners import Corners
 
 LINE = 3
 """Points of an edge that say which way it runs: the nearest one, and one on either side."""
+MOST = 0.5
+"""Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
 MISMATCH = 0.23
 """Difference of two known shears at a right angle, over the root of the mean square of the body's
 tractions, from which on stress has no bound there. It adds as much as that traction at a thousandth
@@ -105,6 +108,44 @@ def core_of(x: Array, does: Iterable[Does | None]) -> float:
 def firmness(does: Does) -> int:
     """Of the two sides that with the larger number is θ = 0."""
     return 3 if isinstance(does, Touching) else {CLAMPED: 2, FREE: 0}.get(str(does), 1)
+
+
+def touched(
+    mesh: BoundaryMesh, traction: Array, partner: Partner, nodes: Index, rows: Index, frame: Array
+) -> Does:
+    """What some nodes of a side do by what most of them do, if they may touch a partner.
+
+    Parameters
+    ----------
+    mesh : BoundaryMesh
+        Of the body.
+    traction : (n, d) array
+        At all its nodes [stress].
+    partner : Partner
+    nodes, rows : (m,) arrays
+        Nodes of the body, and their rows in the pair.
+    frame : (2, d) array
+        Unit vectors along the side, away from the corner, and across it, into the body.
+    """
+    (along, across), pair = frame, partner.pair
+    weight = mesh.measure[nodes]
+    closed, slips = pair.state[rows] != OPEN, pair.state[rows] == SLIP
+    if weight[closed].sum() <= MOST * weight.sum():
+        return FREE
+    normal = pair.normal[rows[closed][0]]
+    if weight[slips].sum() <= MOST * weight[closed].sum():
+        return Touching(partner, math.inf, normal, along, mesh.x[nodes[slips | ~closed]])
+    force = weight[slips] @ traction[nodes[slips]]
+    pressed: Array = pair.pressure[rows[slips]]
+    friction = 0.0
+    if partner.coulomb and (pressed > 0.0).any():
+        bound: Array = pair.bound[rows[slips]]
+        most = float(np.median(bound[pressed > 0.0] / pressed[pressed > 0.0]))
+        out, way = lifted(np.stack([across, along]), len(force))
+        pull = force - (force @ out) * out
+        most *= float(pull @ way) / (float(np.linalg.norm(pull)) or 1.0)
+        friction = round(float(np.sign(force @ out)) * most, 6)
+    return Touching(partner, friction, normal, along, mesh.x[nodes[~slips]])
 
 
 def facing_nodes(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple[Index, Index]:

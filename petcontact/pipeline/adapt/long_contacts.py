@@ -1,0 +1,176 @@
+"""Long contacts with bands: how far p changes from one band to the next, where contact is expected
+to begin, and what the next band is like."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...contact.state import Start
+from ...fields.boundary.places import located, sizes
+from ...geometry.charts import Chart
+from ...given.interface_data import PosedInterface
+from ...mesh.surface_mesh import as_surface
+from ...record import field, record, replace
+from ...refinement.panels.forecast import WIDER
+from ...refinement.panels.ridge import Ridge
+from ...refinement.panels.rings import SHRINK
+from ...refinement.panels.zone import ContactBand
+from ...results.records import PairResult, StepResult, step_ends
+from ...results.solution import Solution
+from ..steps.increment import PreparedProblem
+from .surface_errors import TailErrors
+
+LEFT = SHRINK / (1.0 - SHRINK)
+"""Error of p over its change from a band with one line less between the ridge and the edge [-]. The
+L2 error of polynomials next to a root is proportional to the width of the last panel, which falls
+by `SHRINK` with each line."""
+NEAR = 0.01
+"""Distance of a node from a panel of another mesh of its face over the size of the panel, up to
+which it lies on it [-]."""
+
+
+@record
+class Long:
+    """A long contact: its interface, the charts of its faces, its ridge, and the expected band."""
+
+    side: PosedInterface
+    charts: list[Chart]
+    ridge: Ridge
+    band: ContactBand
+
+    def away(self, x: Array) -> Mask:
+        """Return which points (n, 3) are away from ends where p is infinite."""
+        return self.is_inside(self.band.coordinates(self.charts[0].local(x))[1])
+
+    def is_inside(self, along: Array) -> Mask:
+        """Return which places along the ridge are a half-width away from ends where p is
+        infinite."""
+        ends = [end for end, here in zip(self.band.ends, self.band.infinite, strict=True) if here]
+        away = [np.abs(along - end) > self.band.widest for end in ends]
+        return np.asarray(np.all(away, axis=0) if away else np.full(len(along), True))
+
+
+@record
+class LaidBands:
+    """The bands that meshes have.
+
+    Attributes
+    ----------
+    long : dict
+        The long contacts by interface; None for one that is not long.
+    lines : dict of int
+        Lines between the ridge and the edge of each band.
+    made : dict of int
+        On how many meshes each contact has had a new band.
+    first : int
+        Lines of first bands.
+    """
+
+    long: dict[str, Long | None] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+    made: dict[str, int] = field(default_factory=dict)
+    first: int = 0
+
+    def of(self, side: PosedInterface) -> Long:
+        """Return a long contact that has a band."""
+        long = self.long[side.name]
+        assert long is not None
+        return long
+
+    def apart(self, before: Solution, after: Solution, errors: TailErrors) -> float:
+        """Return the relative error of p and q by their change from one band to the next [-].
+
+        It is infinite unless all contacts that carry anything have bands on both. Ends at which p
+        is infinite are left out.
+        """
+        worst = 0.0
+        for old, new in zip(step_ends(before.steps), step_ends(after.steps), strict=True):
+            for side in after.posed.interfaces:
+                if not new.pairs[side.name].size.any():
+                    continue
+                if self.made.get(side.name, 0) < 2:
+                    return np.inf
+                weight = errors.weight(side, new) * self.of(side).away(new.pairs[side.name].x)
+                worst = max(worst, _difference((before, old), (after, new), side, weight))
+        return LEFT * worst
+
+    def start(self, problem: PreparedProblem) -> Start | None:
+        """Return a start without tractions that is closed in the bands, or None without bands.
+
+        Pairs without a band overlap everywhere."""
+        if not self.lines:
+            return None
+        v = list[Array]()
+        for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
+            x = problem.discrete.meshes[side.body].x[interface.nodes]
+            v.append(np.zeros((len(x), problem.system.k)))
+            v[-1][:, -1] = 1.0
+            if side.name in self.lines:
+                long = self.of(side)
+                v[-1][:, -1] = np.where(long.band.holds(long.charts[0].local(x)), 1.0, -1.0)
+        return np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))
+
+
+def followed(long: Long, solution: Solution) -> ContactBand:
+    """Return a band with the width, the length and the place along the ridge that a solution has.
+
+    Hertz' slices have ∫ p x²/∫ p = a²/4. Along the ridge the second moment of the load is compared
+    with the one that is expected. Ends that are sharp stay.
+    """
+    pair = max(
+        (step.pairs[long.side.name] for step in step_ends(solution.steps or solution.tried)),
+        key=lambda each: float(each.weight @ each.pressure),
+    )
+    band = long.band
+    across, along = band.coordinates(long.charts[0].local(pair.x))
+    force = pair.weight * pair.pressure * long.is_inside(along)
+    if not force.any():
+        return band
+    usual = band.load * np.gradient(band.s) * long.is_inside(band.s)
+    expected = 0.25 * float(usual @ band.half**2 / usual.sum()) / WIDER**2
+    half = band.half * math.sqrt(float(force @ across**2 / force.sum()) / expected)
+    if any(band.sharp):
+        return replace(band, half=half)
+    both = _spread(band.s, usual), _spread(along, force)
+    s, ends = (_moved(places, *both) for places in (band.s, np.array(band.ends)))
+    return ContactBand(
+        *long.ridge.at(s), s, half, band.load, (float(ends[0]), float(ends[1])), band.sharp
+    )
+
+
+def _moved(places: Array, old: tuple[float, float], new: tuple[float, float]) -> Array:
+    """Return places (n,) moved from one mean and standard deviation to others, slightly longer."""
+    return new[0] + WIDER * new[1] / old[1] * (places - old[0])
+
+
+def _spread(values: Array, weight: Array) -> tuple[float, float]:
+    """Return the mean and the standard deviation of values."""
+    mean = float(weight @ values / weight.sum())
+    return mean, float(np.sqrt(weight @ (values - mean) ** 2 / weight.sum()))
+
+
+def _difference(
+    before: tuple[Solution, StepResult],
+    after: tuple[Solution, StepResult],
+    side: PosedInterface,
+    weight: Array,
+) -> float:
+    """Return the relative L2 difference of p and q of an interface, at the nodes of the second
+    mesh, with weights (m,) [-]."""
+    old, new = (step.pairs[side.name] for _, step in (before, after))
+    mesh = as_surface([*before[0].meshes.values()][side.body])
+    element, place = located(mesh, new.x, side.part, NEAR * sizes(mesh))
+    found = element >= 0
+    basis = mesh.basis_at(element[found], place[found])[:, before[0].nodes[side.name]]
+    square = (basis @ _tractions(old) - _tractions(new)[found]) ** 2
+    of_p, of_q = weight[found] @ square[:, 0], weight[found] @ square[:, 1:].sum(axis=1)
+    size = float(weight @ new.size**2)
+    return math.sqrt(max(float(of_p), float(of_q)) / size) if size > 0.0 else 0.0
+
+
+def _tractions(pair: PairResult) -> Array:
+    """Return p and the vector σ_t, (m, 4) [stress]."""
+    return np.column_stack([pair.pressure, np.einsum("mk,mkd->md", pair.sigma_t, pair.tangent)])
