@@ -115,7 +115,7 @@ def shared_solve(comm: Any, call: Call) -> Iterator[Any]:
     ranks = communicator(comm)
     if ranks is None or ranks.Get_size() == 1:
         call()
-        yield world() if ranks is None else petsc().Comm(ranks)
+        yield petsc().Comm(ranks) if ranks is not None else comm or world()
         return
     begin(ranks, call)
     solve = SharedSolve(ranks)
@@ -146,7 +146,7 @@ def begin_together(comm: Any, call: Call) -> None:
 
 def communicator(comm: Any) -> Any:
     """Return the communicator of mpi4py, of PETSc or of all ranks as one of mpi4py; None where no
-    launcher has started this process.
+    launcher has started this process, or PETSc's has one rank, which needs no mpi4py.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def communicator(comm: Any) -> Any:
         loaded = not sys.modules.keys().isdisjoint(("petsc4py.PETSc", "mpi4py.MPI"))
         return load_mpi().COMM_WORLD if loaded or is_launched() else None
     if hasattr(comm, "tompi4py"):
-        return comm.tompi4py()
+        return comm.tompi4py() if comm.getSize() > 1 else None
     if not isinstance(comm, load_mpi().Intracomm):
         raise InputError(
             f"comm: a communicator of mpi4py or petsc4py, or None; got {type(comm).__name__}"

@@ -65,7 +65,6 @@ def test_faces_have_the_colours_of_the_legend(tmp_path):
         assert np.sum(np.abs(drawn - wanted).max(axis=1) < 6.0) > least, kind
 
 
-@pytest.mark.xfail
 def test_no_picture_is_older_than_its_case_or_the_code_that_draws_it():
     """`scripts/verification CASE ... --write` draws again."""
     drawn = json.loads(DRAWN.read_text())
