@@ -12,13 +12,10 @@ from ...results.solution import Solution
 from ..pose.body_parts import body_alone
 from .budget import beyond_budget
 from .difference import displacement_difference
-from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
-
-Before = tuple[Estimate, ...]
-"""The estimate on the meshes before, or nothing."""
+from .strategy import Before, Estimate, Meshes, Strategy, Tried, Wanted
 
 
-class HalvedPanels(Strategy[Estimate, Before]):
+class HalvedPanels(Strategy[Estimate, Before[Estimate]]):
     """The strategy for u, which is compared with u on panels of twice the size.
 
     All panels are halved, so that what one mesh is off by shows in the next one everywhere. The
@@ -35,7 +32,7 @@ class HalvedPanels(Strategy[Estimate, Before]):
     def __init__(self, posed: Posed, wanted: Wanted) -> None:
         self._posed, self.wanted = posed, wanted
 
-    def estimate(self, tried: Tried[Before], before: Estimate | None) -> Estimate:
+    def estimate(self, tried: Tried[Before[Estimate]], before: Estimate | None) -> Estimate:
         """Return the error of u.
 
         It halves with the panels at least, so that it is no larger than the only difference; two of
@@ -47,11 +44,11 @@ class HalvedPanels(Strategy[Estimate, Before]):
         error = differences[0] if len(differences) == 1 else believed(differences)
         return Estimate(tried, error, differences)
 
-    def marks(self, estimate: Estimate) -> Before:
+    def marks(self, estimate: Estimate) -> Before[Estimate]:
         """Return the estimate: all panels are marked."""
         return (estimate,)
 
-    def meshes(self, marks: Before, level: int) -> Meshes[Before]:
+    def meshes(self, marks: Before[Estimate], level: int) -> Meshes[Before[Estimate]]:
         """Return meshes with panels that are halved at each level; from the third on they fit the
         budget."""
         try:
@@ -65,9 +62,11 @@ class HalvedPanels(Strategy[Estimate, Before]):
             if level == 0:
                 raise
             return Meshes(marks, level, exhausted=f"there is no finer mesh ({error})")
-        counts = [(len(each.solution.steps), 0) for each in marks if each.differences]
-        refused = [beyond_budget(self._posed, made, count, self.wanted) for count in counts]
-        return Meshes(marks, level, [] if any(refused) else made, exhausted="".join(refused))
+        if marks and marks[0].differences:
+            counts = len(marks[0].solution.steps), 0
+            if refused := beyond_budget(self._posed, made, counts, self.wanted):
+                return Meshes(marks, level, exhausted=refused)
+        return Meshes(marks, level, made)
 
     def shown(self, estimate: Estimate) -> dict[str, Any]:
         """Return fields of `Accuracy`: the errors of the last two meshes, as near to one another as

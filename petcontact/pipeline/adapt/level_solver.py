@@ -35,8 +35,6 @@ class LevelSolver:
     ----------
     problem : Problem
         The problem, with the method for intermediate meshes.
-    discrete : Discrete or None
-        The problem on the last mesh.
     kept : PreparedProblem or None
         The prepared problem of the last solution that was kept.
     """
@@ -51,7 +49,6 @@ class LevelSolver:
     ) -> None:
         self.problem = by_newton(problem)
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
-        self.discrete: Discrete | None = None
         self._aimed = self._tolerance = math.nan
         self._tried: PreparedProblem | None = None
         self.kept: PreparedProblem | None = None
@@ -108,7 +105,7 @@ class LevelSolver:
         """Return the solve on meshes, with the current tolerance."""
         self._release()
         with answering(self._comm):
-            self.discrete, self._tried = self._prepared(meshes, last)
+            discrete, self._tried = self._prepared(meshes, last)
         problem = replace(self._tried, start=meshes.start(self._tried))
         if last is not None:
             factors = known_factors(last) if says_something(error) else {}
@@ -116,9 +113,9 @@ class LevelSolver:
             problem = replace(problem, factors=factors, halvings=1)
         self._tried = problem
         solution = unreported(problem, self._monitor)
-        if _is_large(self.discrete):
+        if _is_large(discrete):
             solution = reported(problem, solution)
-        return Tried(meshes, self.discrete, replace(solution, problem=self.problem))
+        return Tried(meshes, discrete, replace(solution, problem=self.problem))
 
     def _prepared(
         self, meshes: Meshes[M], last: Solution | None

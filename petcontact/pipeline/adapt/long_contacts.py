@@ -4,11 +4,11 @@ to begin, and what the next band is like."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...contact.state import Start
 from ...fields.boundary.places import located, sizes
 from ...geometry.charts import Chart
 from ...given.interface_data import PosedInterface
@@ -20,7 +20,6 @@ from ...refinement.panels.rings import SHRINK
 from ...refinement.panels.zone import ContactBand
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
-from ..steps.increment import PreparedProblem
 from .surface_errors import TailErrors
 
 LEFT = SHRINK / (1.0 - SHRINK)
@@ -44,6 +43,10 @@ class Long:
     def away(self, x: Array) -> Mask:
         """Return which points (n, 3) are away from ends where p is infinite."""
         return self.is_inside(self.band.coordinates(self.charts[0].local(x))[1])
+
+    def holds(self, x: Array) -> Mask:
+        """Return which points (n, 3) of the first face lie in the band."""
+        return self.band.holds(self.charts[0].local(x))
 
     def is_inside(self, along: Array) -> Mask:
         """Return which places along the ridge are a half-width away from ends where p is
@@ -74,9 +77,9 @@ class LaidBands:
     made: dict[str, int] = field(default_factory=dict)
     first: int = 0
 
-    def of(self, side: PosedInterface) -> Long:
-        """Return a long contact that has a band."""
-        long = self.long[side.name]
+    def of(self, name: str) -> Long:
+        """Return a long contact that has a band, by its interface."""
+        long = self.long[name]
         assert long is not None
         return long
 
@@ -93,25 +96,14 @@ class LaidBands:
                     continue
                 if self.made.get(side.name, 0) < 2:
                     return np.inf
-                weight = errors.weight(side, new) * self.of(side).away(new.pairs[side.name].x)
+                weight = errors.weight(side, new) * self.of(side.name).away(new.pairs[side.name].x)
                 worst = max(worst, _difference((before, old), (after, new), side, weight))
         return LEFT * worst
 
-    def start(self, problem: PreparedProblem) -> Start | None:
-        """Return a start without tractions that is closed in the bands, or None without bands.
-
-        Pairs without a band overlap everywhere."""
-        if not self.lines:
-            return None
-        v = list[Array]()
-        for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
-            x = problem.discrete.meshes[side.body].x[interface.nodes]
-            v.append(np.zeros((len(x), problem.system.k)))
-            v[-1][:, -1] = 1.0
-            if side.name in self.lines:
-                long = self.of(side)
-                v[-1][:, -1] = np.where(long.band.holds(long.charts[0].local(x)), 1.0, -1.0)
-        return np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))
+    @property
+    def places(self) -> dict[str, Callable[[Array], Mask]]:
+        """Functions by interface that return which points (n, 3) lie in its band."""
+        return {name: self.of(name).holds for name in self.lines}
 
 
 def followed(long: Long, solution: Solution) -> ContactBand:

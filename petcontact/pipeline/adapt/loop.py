@@ -314,9 +314,9 @@ def _adapted(
         or method is not None
         or problem.method.resolved_name != "semismooth-newton"
     )
-    discrete, trouble = work.solver.discrete, work.trouble
-    if own and not trouble and solution.status == "converged" and discrete is not None:
-        last = replace(discrete, problem=problem)
+    trouble, estimate = work.trouble, work.estimate
+    if own and not trouble and solution.status == "converged" and estimate is not None:
+        last = replace(estimate.tried.discrete, problem=problem)
         prepared = prepare(problem, comm, last, method=method, rule=rule)
         try:
             solution = run(prepared, monitor=callbacks[0])

@@ -5,12 +5,10 @@ They come before panels are cut one by one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ...arrays import Array
-from ...contact.state import Start
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -21,7 +19,6 @@ from ...refinement.panels.zone import ContactEllipse, stick_of, zone_of
 from ...results.records import step_ends
 from ...results.solution import Solution
 from ..judge.first_panels import lowest_between
-from ..steps.increment import PreparedProblem
 from .first_mesh import FirstMeshes
 
 RINGS = (0.09, 0.04, 0.02)
@@ -171,21 +168,6 @@ def _possible(made: Rings) -> list[int]:
     numbers = [n for n, _ in made]
     counts = range(max(numbers, default=1), len(RINGS) + 1)
     return [n for n in counts if numbers.count(n) < 2]
-
-
-def expected_start(
-    problem: PreparedProblem, small: Sequence[tuple[PosedInterface, SmallContact]]
-) -> Start | None:
-    """Return a start without tractions and with overlaps in small expected contacts.
-
-    Pairs without an expectation overlap everywhere. The result is None if no contact is expected.
-    """
-    expected, v = {side.name: zone_about(contact) for side, contact in small}, list[Array]()
-    for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
-        zone, x = expected.get(side.name), problem.discrete.meshes[side.body].x[interface.nodes]
-        v.append(np.zeros((len(x), problem.system.k)))
-        v[-1][:, -1] = 1.0 if zone is None else np.where(zone.distance(x) <= 1.0, 1.0, -1.0)
-    return (np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))) if expected else None
 
 
 def zone_about(expected: SmallContact) -> ContactEllipse:

@@ -31,7 +31,7 @@ from ...round_off import HALF
 from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
 from .difference import difference as traction_difference
-from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
+from .strategy import Before, Estimate, Meshes, Strategy, Tried, Wanted
 
 FIRST_LOOK = 12
 """Least number of elements on a contact side while its zones are unknown. With 24 the first two
@@ -54,11 +54,7 @@ class SlipEstimate(Estimate):
     before: SlipEstimate | None = None
 
 
-Seen = tuple[SlipEstimate, ...]
-"""The estimate to whose transition points meshes are graded, or nothing."""
-
-
-class Slip(Strategy[SlipEstimate, Seen]):
+class Slip(Strategy[SlipEstimate, Before[SlipEstimate]]):
     """The strategy for u_t, with its transition points between stick and slip.
 
     Near such a point u_t behaves like the power 3/2 of the distance.
@@ -94,7 +90,9 @@ class Slip(Strategy[SlipEstimate, Seen]):
         check_compatible(outline, body)
         return GradedOutline.from_body(body, outline).with_powers()
 
-    def estimate(self, tried: Tried[Seen], before: SlipEstimate | None) -> SlipEstimate:
+    def estimate(
+        self, tried: Tried[Before[SlipEstimate]], before: SlipEstimate | None
+    ) -> SlipEstimate:
         """Return the last difference of u_t, which is the error of the mesh before.
 
         Elements at corners halve at least from mesh to mesh (`GradedOutline.halving`), so that
@@ -110,16 +108,17 @@ class Slip(Strategy[SlipEstimate, Seen]):
             error = believed(differences)
         return SlipEstimate(tried, error, differences, lines, before)
 
-    def marks(self, estimate: SlipEstimate) -> Seen:
+    def marks(self, estimate: SlipEstimate) -> Before[SlipEstimate]:
         """Return the estimate with its transition points."""
         return (estimate,)
 
-    def meshes(self, marks: Seen, level: int) -> Meshes[Seen]:
+    def meshes(self, marks: Before[SlipEstimate], level: int) -> Meshes[Before[SlipEstimate]]:
         """Return a mesh that is graded to transition points."""
         if level == len(self.levels):
             return Meshes(marks, level)
         reached, body = self.levels[level], self._body
-        for seen in marks:
+        if marks:
+            (seen,) = marks
             body = body.halving(as_curve(seen.solution.mesh), reached.resolved)
             made = body.mesh(reached, [np.inf] * len(body.contact), seen.lines)
             start = functools.partial(self._start, seen)

@@ -44,7 +44,7 @@ class Meshes(Generic[M]):
     level : int
         Their number, from 0.
     of_bodies : sequence of BoundaryMesh
-        None if there are no finer meshes.
+        Empty if there are no finer meshes.
     missed : float
         Largest defect of the given data above the accepted one [-].
     exhausted : str
@@ -95,6 +95,8 @@ class Estimate:
 
 
 E = TypeVar("E", bound=Estimate)
+Before = tuple[E, ...]
+"""Marks that are the estimate on the meshes before, or nothing."""
 
 
 class Strategy(Protocol[E, M]):

@@ -175,8 +175,7 @@ class TailErrors:
         """Return the relative L2 error of u_t, or of p and q, and the relative error of resultants
         [-].
 
-        They are the largest over all interfaces and step ends. The error of p and q is at most
-        `apart`, by which it is known otherwise. The error of p and q is the norm of
+        They are the largest over all interfaces and step ends. The error of p and q is the norm of
         their tails over their own norm, with weights that fade out towards the rim of a part.
 
         The error of u_t over ‖u_t‖ is the tail of u in the contact plus the error from other faces.
@@ -185,6 +184,8 @@ class TailErrors:
         Resultants have about the product of both errors, plus the imbalance. A uniform p has an
         error of one sign, which resultants then have, too. All errors include the bending of thin
         bodies and what polynomials miss of loads inside.
+
+        `apart` is another estimate of the error of p and q; the smaller one counts.
         """
         solution, ends = self.solution, step_ends(self.solution.steps)
         worst, even, unseen = np.max(

@@ -23,13 +23,13 @@ from ...results.records import StepResult, step_ends
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panels
 from ..steps.increment import PreparedProblem
-from ..steps.start import carried_over
+from ..steps.start import carried_over, start_within
 from .banded import Bands
 from .budget import budget_of
 from .cut_panels import PanelCuts, Seen
 from .first_mesh import FirstMeshes
 from .long_contacts import LaidBands
-from .ringed import EllipticContacts, Rings, expected_start, small_contacts, zone_about
+from .ringed import EllipticContacts, Rings, small_contacts, zone_about
 from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
 from .surface_errors import TailErrors
 
@@ -364,11 +364,12 @@ def _start(marks: PanelMarks, problem: PreparedProblem) -> Start | None:
 
     If that mesh was too coarse, the start is closed where contact is expected.
     """
-    if (start := marks.bands.start(problem)) is not None:
-        return start
+    if within := marks.bands.places:
+        return start_within(problem, within)
     last = marks.seen.last
     if last is None:
-        return expected_start(problem, marks.small)
+        zones = ((side.name, zone_about(expected)) for side, expected in marks.small)
+        return start_within(problem, {name: zone.holds for name, zone in zones})
     return carried_over(problem, replace(last, steps=last.steps[:1]))
 
 

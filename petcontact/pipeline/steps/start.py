@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...contact.state import Start
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -180,6 +180,24 @@ def first_iterate(problem: PreparedProblem) -> Start | None:
             f"got {name!r}"
         )
     return carried_over(problem, _read(name, name))
+
+
+def start_within(
+    problem: PreparedProblem, expected: Mapping[str, Callable[[Array], Mask]]
+) -> Start | None:
+    """Return a start without tractions that is closed where contact is expected, or None if it is
+    expected nowhere.
+
+    `expected` says by interface which points (n, 3) lie in contact. Other pairs overlap everywhere.
+    """
+    v = list[Array]()
+    for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
+        x = problem.discrete.meshes[side.body].x[interface.nodes]
+        v.append(np.zeros((len(x), problem.system.k)))
+        v[-1][:, -1] = 1.0
+        if side.name in expected:
+            v[-1][:, -1] = np.where(expected[side.name](x), 1.0, -1.0)
+    return (np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))) if expected else None
 
 
 def carried_over(problem: PreparedProblem, old: Solution) -> Start:

@@ -42,6 +42,10 @@ class ContactEllipse:
         """Return z (n, 2) of points (n, 3)."""
         return np.asarray((x - self.centre) @ np.linalg.pinv(self.axes).T)
 
+    def holds(self, x: Array) -> Mask:
+        """Return which points (n, 3) lie in the zone, or as near to its plane."""
+        return np.asarray(self.distance(x) <= 1.0)
+
     def distance(self, x: Array) -> Array:
         """Return the distance of points (n, 3) from the centre over that of the edge, (n,) [-].
 
