@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
-from ..record import record, replace
+from ..record import Keeping, record, replace
 from ..round_off import ROUNDED
 from .arcs import (
     arc_lengths,
@@ -123,7 +123,7 @@ def arc(start: Array, end: Array, alpha: float, part: str) -> list[Side]:
 
 
 @record
-class Outline(Boundary):
+class Outline(Keeping, Boundary):
     """The boundary of a body: loops of sides, the outer one counter-clockwise, holes clockwise.
 
     Attributes

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..geometry.outline import Outline, Side
-from ..record import record
+from ..record import Keeping, record
 from .features import SAMPLES, SMOOTH, kinks
 from .sites import Sites
 from .values import Given
@@ -22,7 +22,7 @@ Values = Callable[[Array], Array]
 
 
 @record
-class Line:
+class Line(Keeping):
     """A side of an outline, along which data are given.
 
     Attributes
@@ -99,7 +99,8 @@ class Line:
         jumps."""
         if datum is None or not (datum.varies and datum.everywhere):
             return np.empty(0), np.empty(0)
-        (fraction, power), *_ = self.features([datum], functools.partial(self._column, datum))
+        column = functools.partial(self._column, datum)
+        (fraction, power), *_ = self.once(datum, lambda: self.features([datum], column))
         return fraction[power >= -SMOOTH], fraction[power < -SMOOTH]
 
     def slope(self, datum: Given, fraction: float, way: float) -> float:
@@ -158,5 +159,5 @@ class Line:
 
 
 def lines_of(outline: Outline) -> list[Line]:
-    """Return the lines of all sides of an outline."""
-    return list(map(Line, outline.sides, outline.offsets))
+    """Return the lines of all sides of an outline, the same ones each time."""
+    return outline.once(lines_of, lambda: list(map(Line, outline.sides, outline.offsets)))
