@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from contact_lines import line_of
 from examples import example
-from shapes import elastic, problem, rectangle, solid, touching
+from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, touching
 
 from petcontact import InputError, Polygon, adapt
+from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.mesh.hp_grading import Grading, graded_mesh
 from petcontact.pipeline.adapt.level_solver import LevelSolver
 from petcontact.pipeline.adapt.slip_ladder import (
@@ -89,6 +90,21 @@ def test_a_mesh_that_is_too_large_leaves_the_one_before(comm, monkeypatch):
     monkeypatch.setattr(LevelSolver, "solved", limited)
     solution = adapt(example(1, **NEWTON), 2e-4, comm=comm)
     assert solution.reason.endswith("mesh: too large (on the mesh after the last)")
+
+
+def test_a_method_is_compared_on_the_path_that_it_takes(comm):
+    """Friction while contact grows: increments that are divided for accuracy's sake are no error of
+    the method that solves them."""
+    ground = closing("top", normal="unilateral", friction_coefficient=0.2, gap="x**2/4")
+    free = (drawn(part, [0.0, 0.0]) for part in ("left", "right"))
+    block = problem(
+        material=elastic(1000.0, 0.3),
+        geometry=rectangle([-2.0, -3.0], [2.0, 0.0]),
+        boundary=[ground, moved("bottom", [0.0, 0.02]), *free],
+    )
+    solution = adapt(block, method=SemismoothNewton(), comm=comm)
+    assert solution.converged and len(solution.steps) > 1
+    assert solution.accuracy.error == adapt(block, comm=comm).accuracy.error
 
 
 def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):

@@ -318,12 +318,13 @@ def _adapted(
     if own and not trouble and solution.status == "converged" and estimate is not None:
         last = replace(estimate.tried.discrete, problem=problem)
         prepared = prepare(problem, comm, last, method=method, rule=rule)
+        exact = solution
         try:
             solution = run(prepared, monitor=callbacks[0])
         finally:
             prepared.close()
         if solution.converged:
-            work.left = apart_on_one_mesh(work.solutions[-1], solution)
+            work.left = apart_on_one_mesh(exact, solution)
     if trouble and math.isinf(work.error) and not work.broken_off:
         # there is one mesh only: estimate as on a mesh that the user fixed
         solution = with_estimate(solution, comm, law)
