@@ -151,9 +151,9 @@ def with_report(
     path exceeds the wanted one. The solution before is the other path then.
     """
     solution = with_paths(problem, reported(problem, solution), wanted)
-    apart, taken = 0.0, GROWTH
-    while solution.accuracy.path > (wanted or WANTED):
-        if (finer := divided_load(problem, solution, taken)) is None:
+    apart, taken, limit = 0.0, GROWTH, wanted or WANTED
+    while solution.accuracy.path > limit:
+        if (finer := divided_load(problem, solution, taken, limit)) is None:
             break
         again = unreported(finer, None)
         if not again.converged:

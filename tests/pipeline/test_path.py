@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -125,3 +126,21 @@ def test_a_contact_that_grows_from_nothing_takes_increments_until_q_is_known():
         for values in (pair.sigma_t - exact.sigma_t, exact.pressure[:, None])
     )
     assert off < posed.accuracy.path * p
+
+
+def test_only_steps_that_add_to_the_error_are_divided_also_after_a_restart(tmp_path):
+    """A roller that is pressed and then drawn along. What the first increments were is no matter:
+    the rest of the step has the error that it has by itself."""
+    pressing = pressed("x**2/8", None).problem
+    drawn_along = {"name": "tool", "displacement": [0.005, -0.06]}
+    steps = [{"name": "press"}, {"name": "draw", "obstacle": [drawn_along]}]
+    table = tomllib.loads(pressing.toml()) | {"step": steps}
+    whole = solve(problem(**table))
+    counts = [sum(result.step == number for result in whole.steps) for number in (1, 2)]
+    assert counts[0] > 10 * counts[1] and not warned(whole)
+    whole.save(tmp_path / "whole.h5")
+    start = {"method": {"start": f"{tmp_path / 'whole.h5'}:2"}}
+    again = solve(problem(**table | start))
+    assert [r.load_factor for r in again.steps] == [r.load_factor for r in whole.steps]
+    for one, other in zip(whole.steps, again.steps, strict=True):
+        assert np.allclose(one.pairs["pair"].sigma_t, other.pairs["pair"].sigma_t, atol=1e-9)

@@ -1,8 +1,9 @@
 """The error that the number of increments, and of jumps over cycles, leaves in a solution.
 
-The steps are solved again on other paths. On the first one the first increment of each contact that
-grows from nothing is divided, and so is a single increment. On the second one two later increments
-are joined to one, too; they are divided where such a path has no solution. So are jumps of cycles.
+The steps are solved again on other paths. On the first one the increment in which a contact that
+grows from nothing grows most is divided, and so is a single increment. On the second one two later
+increments are joined to one, too; they are divided where such a path has no solution. So are jumps
+of cycles.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ WANTED = 1e-2
 """Error of the path up to which steps that name no increments are divided where no accuracy is
 given: the default accuracy of p and q on adaptive meshes."""
 GROWTH = 4
-"""Parts of the first increment of a contact that grows from nothing, on another path. With three,
-which also begin with a sixteenth of the load, 22 of 1625 numbers were off by more than they say; 8
-are with four (scripts/verify_paths --seed 1)."""
+"""Parts of the increment in which a contact that grows from nothing grows most, on another path.
+With three, which also begin with a sixteenth of the load, 22 of 1625 numbers were off by more than
+they say; 8 are with four (scripts/verify_paths --seed 1)."""
 LEAST_RATE = 1.25
 """Least factor by which differences of paths are taken to fall where each path has `GROWTH` times
 the increments of the one before; √`GROWTH` where only one difference is known. Between curved
@@ -99,22 +100,23 @@ def _with_error(
 
 
 def divided_load(
-    problem: PreparedProblem, solution: Solution, count: int
+    problem: PreparedProblem, solution: Solution, count: int, wanted: float
 ) -> PreparedProblem | None:
-    """Return the problem with `count` increments in each step that names none, or None where they
-    would be more than `UNNAMED` together.
+    """Return the problem with `count` increments in each step that names none and adds to the error
+    of the path, or None where they would be more than `UNNAMED` together.
 
-    They are steps from the first that depends on the path on.
+    The error of the path exceeds the wanted one, so at least one step adds more than its part.
     """
-    posed = problem.discrete.posed
     first = _first_that_matters(problem, solution)
-    if first is None or posed.method.start not in ("zero", "frictionless"):
+    if first is None:
         return None
-    divided = {
-        number
-        for number, step in enumerate(problem.steps, 1)
-        if number >= first and not step.is_divided
-    }
+    ends, changes, _ = zip(*_changes(problem, solution, first), strict=True)
+    shares = np.diff(np.maximum.accumulate(changes), prepend=0.0) / max(changes)
+    adds = shares * solution.accuracy.path > wanted / len(ends)
+    # what was divided before stays so
+    chosen = {end.step for end, does in zip(ends, adds, strict=True) if does}
+    chosen |= {result.step for result in solution.steps if not result.ends}
+    divided = {number for number in chosen if not problem.steps[number - 1].is_divided}
     if not divided or count * len(divided) > UNNAMED:
         return None
     factors = {
@@ -126,12 +128,21 @@ def divided_load(
     return replace(problem, discrete=discrete, factors=factors)
 
 
-def _largest(problem: PreparedProblem, solution: Solution, number: int) -> tuple[float, str]:
-    """Return the largest `_change` at the ends of steps, from step `number` on, that all paths
-    have."""
+def _changes(
+    problem: PreparedProblem, solution: Solution, number: int
+) -> list[tuple[StepResult, float, str]]:
+    """Return the ends of steps, from step `number` on, that all paths have, each with its
+    `_change`."""
     there = {(end.step, end.cycle) for end in solution.paths[0].steps}
     ends = {key: end for end in solution.steps if (key := (end.step, end.cycle)) in there}
-    return max(_change(problem, solution, end) for key, end in ends.items() if key[0] >= number)
+    return [
+        (end, *_change(problem, solution, end)) for key, end in ends.items() if key[0] >= number
+    ]
+
+
+def _largest(problem: PreparedProblem, solution: Solution, number: int) -> tuple[float, str]:
+    """Return the largest change of `_changes`, and its sentence."""
+    return max((error, text) for _, error, text in _changes(problem, solution, number))
 
 
 def _first_that_matters(problem: PreparedProblem, solution: Solution) -> int | None:
@@ -161,9 +172,9 @@ def _other_paths(
 ) -> tuple[Solution, ...] | None:
     """Return solutions on other paths from a step on; None where one of them has no solution.
 
-    On the first one the first increment of each contact that grows from nothing is divided, and so
-    is each single increment. On the second one later increments are joined, too, or divided where
-    joined ones have no solution.
+    On the first one the increment in which a contact that grows from nothing grows most is divided,
+    and so is each single increment. On the second one later increments are joined, too, or divided
+    where joined ones have no solution.
     """
     steps = range(number, len(problem.steps) + 1)
     begins = {step: _begins(problem, solution, step) for step in steps}
@@ -229,10 +240,12 @@ def _ends(
     ends = [r.load_factor for r in solution.steps if r.step == step and r.cycle <= 1]
     if begins is None:
         return later([0.0, *ends])
-    before, ends = [begins] * (begins > 0.0), [end for end in ends if end > begins + SOLVED]
+    ends = [begins, *(end for end in ends if end > begins + SOLVED)]
     auto = problem.steps[step - 1].increments == "auto"  # small enough from the first one on
-    first = _growing(begins, ends[0], 1 if auto else GROWTH) if ends else []
-    return [*before, *first, *later([*first[-1:], *ends[1:]])]
+    sizes = np.diff(np.sqrt(np.subtract(ends, begins)))
+    k = int(np.argmax(sizes)) if len(sizes) and not auto else 0
+    parts = _growing(begins, ends[k + 1], 1 if auto else GROWTH, ends[k]) if len(sizes) else []
+    return [*ends[begins <= 0.0 : k + 1], *parts, *later(ends[k + 1 :])]
 
 
 def _begins(problem: PreparedProblem, solution: Solution, step: int) -> float | None:
@@ -244,16 +257,18 @@ def _begins(problem: PreparedProblem, solution: Solution, step: int) -> float | 
     return touching(whole_step(problem, step))
 
 
-def _growing(begins: float, end: float, count: int) -> list[float]:
+def _growing(begins: float, end: float, count: int, start: float | None = None) -> list[float]:
     """Return the load factors at which increments end where contact grows from nothing.
 
     Between curved surfaces the size of a contact is like the root of the load, or of its motion. It
-    grows by as much in each increment.
+    grows by as much in each increment, from `start` on, by default from where contact begins.
 
-    >>> _growing(0.0, 1.0, 4)
-    [0.0625, 0.25, 0.5625, 1.0]
+    >>> _growing(0.0, 1.0, 4), _growing(0.0, 1.0, 2, 0.25)
+    ([0.0625, 0.25, 0.5625, 1.0], [0.5625, 1.0])
     """
-    return [begins + (end - begins) * (k / count) ** 2 for k in range(1, count + 1)]
+    already = 0.0 if start is None else ((start - begins) / (end - begins)) ** 0.5
+    shares = already + (1.0 - already) * np.arange(1, count + 1) / count
+    return [float(begins + (end - begins) * share**2) for share in shares]
 
 
 def _kept(ends: list[float]) -> list[float]:
