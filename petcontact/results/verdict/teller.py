@@ -11,7 +11,7 @@ from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..numbers.number import Number
 from ..records import StepResult
-from .text import place_of, told, unit_of
+from .text import is_resolved, place_of, told, unit_of
 
 AXIAL = {"force": "axial force", "moment": "torque"}
 """What a force and a moment of a body of revolution are."""
@@ -65,8 +65,8 @@ class Teller:
             number = replace(number, value=number.value[1:2])
         text = told(number, self.unit(number.unit) if unit else "", self.some)
         # what is not resolved has no place
-        located = number.place is not None and number.size > 0.0 and not number.size <= number.error
-        if number.place is None or not place or not (located or np.isinf(number.error)):
+        located = is_resolved(number) and (number.size > 0.0 or np.isinf(number.error))
+        if number.place is None or not place or not located:
             return text
         return f"{text} at {place_of(number.place, self.size)}"
 
@@ -103,10 +103,6 @@ class Teller:
         exact = share.error < 0.05 and abs(parts[0][0] - round(float(parts[0][0]))) < 0.05
         return f"{parts[0][0]:.0f} %" if exact else told(share, "%", self.some)
 
-    def step_words(self) -> str:
-        """Which step the last one is, where there are several."""
-        last = self.ends[-1] if self.ends else None
-        return f" after {label(last)}" if last and len(self.ends) > 1 else ""
 
 
 def label(step: StepResult) -> str:

@@ -44,7 +44,7 @@ def told(number: Number, unit: str = "", others: bool = False) -> str:
         return "without a bound"
     if np.isnan(value).any():
         return "not known"
-    if error > 0.0 and error >= number.size:
+    if not is_resolved(number):
         return f"below {rounded_up(number.size + error)}".replace(" ", KEPT) + after
     # a component that is less than half of the error says nothing
     shown = [0.0 if abs(each) < 0.5 * error else float(each) for each in value]
@@ -53,6 +53,11 @@ def told(number: Number, unit: str = "", others: bool = False) -> str:
     off = " +- ?" * bool(others and np.isnan(error))
     off += f" +- {rounded_up(error)}" if error > 0.0 else ""
     return (text + off).replace(" ", KEPT) + after
+
+
+def is_resolved(number: Number) -> bool:
+    """Whether a number is larger than its error, as that would be printed."""
+    return not 0.0 < number.error < np.inf or float(rounded_up(number.error)) < number.size
 
 
 def _to(value: float, error: float) -> str:
