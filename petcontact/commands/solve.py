@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, OutputError, in_file
 from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
-from .options import option, options, positive
+from .options import option, options, positive, real
 
 if TYPE_CHECKING:
     from ..contact.state import ContactState
@@ -313,7 +313,11 @@ class Meshes:
 
 
 def overrides(words: list[str]) -> dict[str, Any]:
-    """--set KEY=VALUE as dotted keys; the value is read as TOML, and as text where it is none."""
+    """--set KEY=VALUE as dotted keys; the value is read as TOML, else as a number or a text.
+
+    >>> overrides(["mesh.order=2", "mesh.element_size=.5", "boundary.0.gap=x**2"])
+    {'mesh.order': 2, 'mesh.element_size': 0.5, 'boundary.0.gap': 'x**2'}
+    """
     from ..model.toml_text import parse_toml
 
     result: dict[str, Any] = {}
@@ -329,8 +333,8 @@ def overrides(words: list[str]) -> dict[str, Any]:
             raise InputError(f"--set {word}: expected KEY=VALUE")
         try:
             result[key] = parse_toml(f"v = {value}", "--set")["v"]
-        except InputError:
-            result[key] = value
+        except InputError:  # numbers are written as .2 and 2., too
+            result[key] = value if math.isnan(number := real(value)) else number
     return result
 
 
