@@ -151,13 +151,17 @@ class InpBody:
             for node in reader.file.members(name)
             for freedom in values
         }
-        own = {node for number in self.elements for node in reader.file.elements[number][1]}
         for k, step in enumerate(reader.forces):
-            for node, freedom in step.keys() - held:
-                if node in own and freedom <= self.dim:
-                    through = forces.setdefault(node, np.zeros((len(reader.forces), self.dim)))
-                    through[k, freedom - 1] = step[node, freedom]
+            for node, freedom in (step.keys() - held) & self.freedoms:
+                through = forces.setdefault(node, np.zeros((len(reader.forces), self.dim)))
+                through[k, freedom - 1] = step[node, freedom]
         return {node: forces[node] for node in sorted(forces) if forces[node].any()}
+
+    @functools.cached_property
+    def freedoms(self) -> set[tuple[int, int]]:
+        """Nodes and degrees of freedom, from 1."""
+        own = {node for number in self.elements for node in self.reader.file.elements[number][1]}
+        return {(node, freedom) for node in own for freedom in range(1, self.dim + 1)}
 
     def _at(self, nodes: Iterable[int]) -> Array:
         return np.array([self.reader.file.nodes[node][: self.dim] for node in nodes])

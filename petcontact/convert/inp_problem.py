@@ -104,13 +104,16 @@ def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
 
 
 def _unused(reader: Statements, bodies: list[InpBody]) -> list[str]:
-    """Surfaces and pressed faces that came to nothing."""
+    """Surfaces, forces and pressed faces that came to nothing."""
     parts, notes = {face: part for body in bodies for face, part in body.parts.items()}, []
     for name, faces in reader.surfaces.items():
         if inside := [number for number, k in faces if (number, k) not in parts]:
             notes.append(f"*SURFACE {name}: faces inside of {count(inside, 'element')}; not taken")
     if idle := [name for name in reader.surfaces if name not in reader.used]:
         notes.append(f"*SURFACE {', '.join(idle)}: in no contact pair or load; not taken")
+    forces = {key for step in reader.forces for key, force in step.items() if force}
+    if lost := [node for node, _ in sorted(forces.difference(*(b.freedoms for b in bodies)))]:
+        notes.append(f"*CLOAD: {count(lost, 'node')} of no body, or across its plane; not taken")
     pressed = {*reader.pressed[-1]}.difference(*(body.free for body in bodies))
     if lost := [number for number, _ in pressed]:
         notes.append(

@@ -141,6 +141,10 @@ LOST = "without a face that is neither held nor in contact; not taken"
         ),
         ("*CLOAD/A01, 4, 1.0", "*CLOAD: A01: moments act on no node of a solid; not taken"),
         ("*CLOAD/9, 2, 1.0", f"*CLOAD: 1 node (9) {LOST}"),
+        (
+            "*NODE/9999, 0.5, 9.0, 0.0/*CLOAD/9999, 2, 1.0",
+            "*CLOAD: 1 node (9999) of no body, or across its plane; not taken",
+        ),
         ("*CLEARANCE, MASTER=LOW/", "*CLEARANCE: not taken; MASTER, SLAVE and VALUE are read"),
         (
             "*SURFACE INTERACTION, NAME=S/*FRICTION/0.3, 5000.",
