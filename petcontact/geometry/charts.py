@@ -44,14 +44,18 @@ class Chart:
     flat: bool = False
     wraps: bool = False
 
-    def normal(self, place: Array) -> Array:
-        """Return outward unit normals (n, 3) at coordinates (n, 2), nan where lines of one
+    def tangents(self, place: Array) -> Array:
+        """Return unit vectors (2, n, 3) along u and v at coordinates (n, 2), nan where lines of one
         coordinate meet."""
         step = 1e-5 * float((self.high - self.low).min())
-        u, v = (self.at(place + step * unit) - self.at(place - step * unit) for unit in np.eye(2))
-        normal = np.cross(u, v)
+        ways = [self.at(place + step * unit) - self.at(place - step * unit) for unit in np.eye(2)]
         with np.errstate(invalid="ignore"):
-            return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+            return np.asarray(ways / np.linalg.norm(ways, axis=2, keepdims=True))
+
+    def normal(self, place: Array) -> Array:
+        """Return outward unit normals (n, 3) at coordinates (n, 2)."""
+        normal = np.cross(*self.tangents(place))
+        return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 @functools.singledispatch

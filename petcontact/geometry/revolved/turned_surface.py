@@ -154,8 +154,8 @@ class RevolvedSurface(RoundSurface):
         return np.stack([np.hypot(away[..., 0], away[..., 1]), away[..., 2]], axis=-1)
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Onto the side of the section that a whole panel is nearest to, and onto all rims there;
-        the axis stays."""
+        """Onto the side of the section that the first four points of a panel, which are corners,
+        are nearest to, and onto all rims there; the axis stays."""
         away = (points - self.centre) @ self.frame.T
         section_points = self.in_section(points)
         radius = section_points[..., 0]
@@ -176,7 +176,7 @@ class RevolvedSurface(RoundSurface):
             )
             place = np.where(first, 0.0, np.where(last, 1.0, np.nan_to_num(place)))
             near = side.point(place.ravel()).reshape(*place.shape, 2)
-            distance = np.nansum((near - section_points[on_part]) ** 2, axis=(1, 2))
+            distance = np.nansum((near - section_points[on_part])[:, :4] ** 2, axis=(1, 2))
             better = distance < least[on_part]
             nearest[on_part[better]], least[on_part[better]] = near[better], distance[better]
             near = side.point(

@@ -16,13 +16,14 @@ from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh
 from ...record import Keeping, replace
 from ...refinement.panels.bands import LEVELS, Laid, banded
-from ...refinement.panels.face_gaps import face_gap, opposite
+from ...refinement.panels.face_gaps import face_gap, opposite, touching
 from ...refinement.panels.forecast import Forecast, band_of, force_at, forecast_of
 from ...refinement.panels.ridge import Gap, Ridge, lowest_sample, ridge_of
 from ...refinement.panels.zone import ELONGATED, ContactBand
-from ...results.records import PairResult, StepResult, step_ends
+from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
-from .known_forces import known_force
+from ...round_off import TINY
+from .known_forces import known_force, load_of
 from .long_contacts import LEFT, LaidBands, Long, followed
 
 ERRORS = (0.052, 0.033, 0.023)
@@ -84,7 +85,7 @@ class Bands(Keeping):
                 pairs = [step.pairs[side.name] for step in steps]
                 forces[side.name] = max(float(pair.weight @ pair.pressure) for pair in pairs)
             if not any(forces[side.name] for side in group):
-                forces |= self._of_overlaps(group, steps[-1])
+                forces |= self._of_overlaps(group, solution)
                 laid = replace(laid, first=0)  # such bands show where the next ones lie
         return self._more(laid, meshes, forces, completed, solution)
 
@@ -148,7 +149,7 @@ class Bands(Keeping):
         for side in group:
             force = forces.get(side.name, 0.0)
             if force > 0.0 and side.name not in known:
-                known[side.name] = self._expected(side, force, meshes)
+                known[side.name] = self._expected(side, force, meshes, solution)
             long = known[side.name] if force > 0.0 else None
             if long is None and (force > 0.0 or solution is None):
                 return known, {}
@@ -189,10 +190,14 @@ class Bands(Keeping):
         return [band, replace(band, points=places, across=across)]
 
     def _expected(
-        self, side: PosedInterface, force: float, meshes: Sequence[SurfaceMesh]
+        self,
+        side: PosedInterface,
+        force: float,
+        meshes: Sequence[SurfaceMesh],
+        solution: Solution | None,
     ) -> Long | None:
         """Return the contact that a force makes, or None if it is not long or has no ridge."""
-        shape = self._shape(side)
+        shape = self._shape(side, solution)
         if shape is None:
             return None
         (charts, _, ridge), modulus = shape, 1.0 / self._posed.softness(side)
@@ -200,14 +205,15 @@ class Bands(Keeping):
         forecast = forecast_of(ridge, places, force, modulus)
         if not _is_long(forecast):
             return None
-        first, last = (self._mirrors(side.body, meshes, x) for x in places[[0, -1]])
+        first, last = (ridge.closed or self._mirrors(side.body, meshes, x) for x in places[[0, -1]])
         band = replace(band_of(ridge, forecast), mirrored=(first, last))
         return Long(side, charts, ridge, band)
 
-    def _of_overlaps(self, group: Sequence[PosedInterface], step: StepResult) -> dict[str, float]:
+    def _of_overlaps(self, group: Sequence[PosedInterface], solution: Solution) -> dict[str, float]:
         """Return the forces that end overlaps between nodes, which contacts of a group share: a
         roller may be pressed into one of two plates before it moves."""
-        shapes = {side.name: shape for side in group if (shape := self._shape(side))}
+        step = step_ends(solution.steps or solution.tried)[-1]
+        shapes = {side.name: shape for side in group if (shape := self._shape(side, solution))}
         depths = [_overlap(shape, step.pairs[name]) for name, shape in shapes.items()]
         depth, forces = sum(depths) / len(group), dict[str, float]()
         for side in group:
@@ -217,25 +223,45 @@ class Bands(Keeping):
                 forces[side.name] = force_at(ridge, charts[0].at(ridge.points), depth, modulus)
         return forces
 
-    def _shape(self, side: PosedInterface) -> _Shape | None:
+    def _shape(self, side: PosedInterface, solution: Solution | None) -> _Shape | None:
         """Return the shape of a contact, looked for once; None if it has no straight ridge."""
-        return self.once(side.name, lambda: self._looked_for(side))
+        return self.once(side.name, lambda: self._looked_for(side, solution))
 
-    def _looked_for(self, side: PosedInterface) -> _Shape | None:
+    def _looked_for(self, side: PosedInterface, solution: Solution | None) -> _Shape | None:
         charts = self._charts(side, None)
         if len(charts) < len(side.ends):
             return None
-        gap = face_gap(charts[0], side.law.gap, side.direction, *charts[1:])
-        start = lowest_sample(gap, charts[0])
+        start = lowest_sample(self._gap(side, charts, solution), charts[0])
         if start is None:
             return None
         middle = charts[0].at(start[None])
         charts = self._charts(side, middle[0])
-        gap = face_gap(charts[0], side.law.gap, side.direction, *charts[1:])
+        gap = self._gap(side, charts, solution)
         ridge = ridge_of(gap, charts[0], charts[0].local(middle)[0])
-        if ridge is None or ridge.closed or not ridge.straight:
+        if ridge is None or not ridge.straight:
             return None
         return charts, gap, ridge
+
+    def _gap(self, side: PosedInterface, charts: list[Chart], solution: Solution | None) -> Gap:
+        """Return the gap of a contact, when it touches if its direction is the normal."""
+        gap = face_gap(charts[0], side.law.gap, side.direction, *charts[1:])
+        if side.direction is not None:
+            return gap
+        return touching(gap, charts[0], self._way(side, charts[0], gap, solution))
+
+    def _way(
+        self, side: PosedInterface, chart: Chart, gap: Gap, solution: Solution | None
+    ) -> Array:
+        """Return the unit vector (3,) along which a secondary moves towards its primary, by a
+        solution or by the load of an obstacle."""
+        if solution is None:
+            moved = -load_of(self._posed, side)
+        else:
+            pair = step_ends(solution.steps or solution.tried)[-1].pairs[side.name]
+            closed = gap(chart.local(pair.x)) - pair.gap
+            known = np.isfinite(closed)
+            moved = np.linalg.lstsq(pair.normal[known], closed[known], rcond=None)[0]
+        return np.asarray(moved / max(float(np.linalg.norm(moved)), TINY))
 
     def _mirrors(self, body: int, meshes: Sequence[SurfaceMesh], x: Array) -> bool:
         """Return whether a face of a plane of symmetry, or on rollers, ends at a point (3,)."""

@@ -28,8 +28,10 @@ def known_force(posed: Posed, side: PosedInterface, meshes: Sequence[SurfaceMesh
     chart = chart_of(posed.boundaries[side.body], side.part)
     if chart is None:
         return None
-    middle = 0.5 * (chart.low + chart.high)[None]
+    middle, load = 0.5 * (chart.low + chart.high)[None], load_of(posed, side)
     way = chart.normal(middle)[0] if side.direction is None else side.direction
+    if side.direction is None and load.any():
+        way = -load / np.linalg.norm(load)
     forces = None
     if side.obstacle is not None:
         forces = of_obstacle(posed, side.obstacle, -way)
@@ -38,6 +40,13 @@ def known_force(posed: Posed, side: PosedInterface, meshes: Sequence[SurfaceMesh
     if forces is None:
         forces = of_body(posed, side.body, meshes, side, way)
     return None if forces is None else float(forces.max())
+
+
+def load_of(posed: Posed, side: PosedInterface) -> Array:
+    """Return the load (3,) of the obstacle of an interface at the end of the last step [force]."""
+    if side.obstacle is None:
+        return np.zeros(3)
+    return np.array(posed.obstacles_at[-1][side.obstacle].loads(SPACE)[:3], dtype=float)
 
 
 def of_obstacle(posed: Posed, number: int, way: Array) -> Array | None:

@@ -107,10 +107,10 @@ class LaidBands:
 
 
 def followed(long: Long, solution: Solution) -> ContactBand:
-    """Return a band with the width, the length and the place along the ridge that a solution has.
+    """Return a band with the widths, the length and the place along the ridge that a solution has.
 
-    Hertz' slices have ∫ p x²/∫ p = a²/4. Along the ridge the second moment of the load is compared
-    with the one that is expected. Ends that are sharp stay.
+    Hertz' slices have ∫ p x²/∫ p = a²/4, and along an ellipse a² is a parabola. Ends that are sharp
+    stay.
     """
     pair = max(
         (step.pairs[long.side.name] for step in step_ends(solution.steps or solution.tried)),
@@ -121,13 +121,13 @@ def followed(long: Long, solution: Solution) -> ContactBand:
     force = pair.weight * pair.pressure * long.is_inside(along)
     if not force.any():
         return band
-    usual = band.load * np.gradient(band.s) * long.is_inside(band.s)
-    expected = 0.25 * float(usual @ band.half**2 / usual.sum()) / WIDER**2
-    half = band.half * math.sqrt(float(force @ across**2 / force.sum()) / expected)
+    square = np.polynomial.Polynomial.fit(along, 4.0 * across**2, 2, w=np.sqrt(force))
     if any(band.sharp):
-        return replace(band, half=half)
+        return replace(band, half=WIDER * np.sqrt(np.maximum(square(band.s), 0.0)))
+    usual = band.load * np.gradient(band.s)
     both = _spread(band.s, usual), _spread(along, force)
     s, ends = (_moved(places, *both) for places in (band.s, np.array(band.ends)))
+    half = WIDER * np.sqrt(np.maximum(square(s), 0.0))
     return ContactBand(
         *long.ridge.at(s), s, half, band.load, (float(ends[0]), float(ends[1])), band.sharp
     )

@@ -38,7 +38,7 @@ FRAMES = 4.0
 """Width of a frame over that of the next inner one [-]. With 2.5 and with 4 the error of p of a
 rigid roller, 1000 half-widths long, was 1.45 and 1.44 %."""
 TURN = 0.25 * math.pi
-"""Largest angle of a panel on a curved face [rad], as of first meshes."""
+"""Largest angle between opposite sides of a panel on a curved face [rad], as of first meshes."""
 LEVELS = 4
 """Numbers of lines between the ridge and the edge of a band, from 0."""
 
@@ -294,16 +294,16 @@ def _one_frame(
 
 
 def _turned_less(cells: Array, order: Index, chart: Chart) -> tuple[Array, Index]:
-    """Return the panels of a curved face, cut into equal pieces that turn by `TURN` at most."""
+    """Return the panels of a curved face, cut into equal pieces whose sides turn by `TURN` at most:
+    the normals of a ring that lies on a plane do not."""
     if chart.flat:
         return cells, order
     while True:
-        normals = chart.normal(cells[:, [4, 5, 6, 7]].reshape(-1, 2)).reshape(-1, 4, 3)
-        turn = [
-            2.0 * np.arcsin(0.5 * np.linalg.norm(normals[:, a] - normals[:, b], axis=1))
-            for a, b in ((1, 3), (0, 2))
-        ]
-        over = np.stack(turn, axis=1) > TURN
+        ways = chart.tangents(cells[:, 4:8].reshape(-1, 2)).reshape(2, -1, 4, 3)
+        turn = 2.0 * np.arcsin(
+            0.5 * np.linalg.norm(ways[:, :, [1, 0]] - ways[:, :, [3, 2]], axis=3)
+        )
+        over = turn.max(axis=0) > TURN
         if not over.any():
             return cells, order
         axis = int(over.any(axis=0).argmax())

@@ -9,7 +9,7 @@ from ...geometry.charts import Chart
 from ...given.sites import Sites
 from ...given.values import Given
 from ...round_off import SINGLE, SUMMED
-from .ridge import Gap
+from .ridge import Gap, samples
 
 STEPS = 30
 """Steps of Newton's method to the point of a face that lies on a line."""
@@ -47,6 +47,16 @@ def face_gap(
         return value
 
     return gap
+
+
+def touching(gap: Gap, chart: Chart, way: Array) -> Gap:
+    """Return the gap that is left when a face has moved along a way, a unit vector, until it
+    touches. A pin in a bore has one gap all around, which is least somewhere when it has moved."""
+    place = samples(chart)
+    value, along = gap(place), chart.normal(place) @ way
+    meets = np.isfinite(value) & (along > SINGLE)
+    moved = float(min(value[meets] / along[meets], default=0.0)) * way
+    return lambda place: gap(place) - chart.normal(place) @ moved
 
 
 def opposite(

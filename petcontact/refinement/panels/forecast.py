@@ -179,8 +179,8 @@ def _on_cells(
     load, approach = _loads(apart, h, (line[:, 0] - ridge.gap.min(), k), force, modulus)
     first, last = np.flatnonzero(load > 0.0)[[0, -1]].tolist()
     sharp = (
-        not ridge.closed and first == 0 and part[0] == ridge.s[0],
-        not ridge.closed and last == len(s) - 1 and part[1] == ridge.s[-1],
+        first == 0 and part[0] == ridge.s[0],
+        last == len(s) - 1 and part[1] == ridge.s[-1],
     )
     half = np.sqrt(4.0 * load / (math.pi * modulus * k))
     return Forecast(s, half, load, (float(edges[first]), float(edges[last + 1])), sharp, approach)
@@ -193,7 +193,8 @@ def _edges(ridge: Ridge, part: tuple[float, float], force: float, modulus: float
     wide = math.sqrt(4.0 * force / (length * math.pi * modulus * k))
     if ridge.closed:
         return np.linspace(*part, 1 + int(min(200, max(24, length / wide))))
-    ends = from_end(0.5 * length, max(wide, SHORTEST * length), LONGEST * length)
+    first = max(wide, SHORTEST * length)
+    ends = from_end(0.5 * length, first, max(first, LONGEST * length))
     return np.concatenate([part[0] + ends, (part[1] - ends)[-2::-1]])
 
 
@@ -240,7 +241,7 @@ def band_of(ridge: Ridge, forecast: Forecast) -> ContactBand:
         for factor, end in zip(longer, forecast.ends, strict=True)
     )
     at = middle + np.where(forecast.s < middle, longer[0], longer[1]) * (forecast.s - middle)
-    s = np.unique(np.concatenate([at, np.linspace(low, high, ridge.pieces), [low, high]]))
+    s = np.unique(np.concatenate([at, [low, high]]))
     half, load = (
         np.sqrt(np.interp(s, at, values**2)) for values in (WIDER * forecast.half, forecast.load)
     )

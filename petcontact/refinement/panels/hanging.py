@@ -48,9 +48,11 @@ def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
     """
 
     def half_way(panel: int, first: Array, last: Array, middle: Array) -> Array:
-        # the panel's corners come along, since its width tells which points are at a rim
-        ends = mesh.corners[panel, [0, 2, 1]]
-        sides = [np.stack(side)[None] for side in zip((first, last, middle), ends, strict=True)]
+        # the panel's sides come along, since its width tells which points are at a rim
+        count = np.count_nonzero(~np.isnan(mesh.corners[panel, :, 0]))
+        corners, middles = mesh.corners[panel, :count], mesh.middles[panel, :count]
+        own = corners, np.roll(corners, -1, axis=0), middles
+        sides = [np.vstack(side)[None] for side in zip((first, last, middle), own, strict=True)]
         return np.asarray(centred(surface, mesh.part[panel : panel + 1], *sides)[0, 0])
 
     return with_half_way_middles(_moved(mesh, half_way), surface)
@@ -150,8 +152,8 @@ def _off(
     """Return the distance (n,) of quadratic sides of panels from the surface, at both quarters
     [length]."""
     quarters = np.stack([on_side(a, middle, b, share) for share in (0.25, 0.75)], axis=1)
-    points = np.concatenate([quarters, mesh.corners[panel]], axis=1)
-    away = np.linalg.norm(surface.onto(mesh.part[panel], points)[:, :2] - quarters, axis=2)
+    points = np.concatenate([mesh.corners[panel], quarters], axis=1)
+    away = np.linalg.norm(surface.onto(mesh.part[panel], points)[:, 4:] - quarters, axis=2)
     return np.asarray(away.max(axis=1, initial=0.0))
 
 

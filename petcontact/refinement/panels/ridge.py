@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import scipy
 
 from ...arrays import Array
 from ...geometry.charts import Chart
@@ -43,7 +42,7 @@ class Ridge:
     slope : float
         Curvature of the gap along the line where the gap is least [1/length].
     closed : bool
-        Whether the line is a loop.
+        Whether the line is a loop: its ends are one point of a face that goes round.
     """
 
     points: Array
@@ -59,31 +58,19 @@ class Ridge:
         """Whether all of the line has one direction."""
         return bool(np.abs(self.across - self.across[:1]).max() < SINGLE)
 
-    @property
-    def pieces(self) -> int:
-        """Number of points at which lines along the ridge are smooth enough."""
-        return 2 if self.straight else 2 * STATIONS
-
     def at(self, s: Array) -> tuple[Array, Array]:
-        """Return points and vectors across (n, 2) at lengths along the line."""
-        if self.straight:
-            across = np.repeat(self.across[:1], len(s), axis=0)
-            way = np.array([-across[0, 1], across[0, 0]])
-            return self.points[0] + (s - self.s[0])[:, None] * way, across
-        line = scipy.interpolate.CubicSpline(
-            self.s, self.points, bc_type="periodic" if self.closed else "not-a-knot"
-        )
-        way = line(s, 1)
-        way /= np.linalg.norm(way, axis=1, keepdims=True)
-        return np.asarray(line(s)), np.column_stack([way[:, 1], -way[:, 0]])
+        """Return points and vectors across (n, 2) at lengths along a straight line."""
+        across = np.repeat(self.across[:1], len(s), axis=0)
+        way = np.array([-across[0, 1], across[0, 0]])
+        return self.points[0] + (s - self.s[0])[:, None] * way, across
 
 
 def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None:
     """Return the ridge through the least gap of a face, or None if the gap is not convex there, or
     lowest in a corner.
 
-    The ridge is followed both ways from there to the rim of the face, to a jump of the gap, or
-    round to its beginning. Each step goes on straight, and then across to the least gap.
+    The ridge is followed both ways from there to the rim of the face or to a jump of the gap. Each
+    step goes on straight, and then across to the least gap.
 
     Parameters
     ----------
@@ -100,15 +87,15 @@ def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None
     middle = walk.centred(place, across)
     if middle is None:
         return None
-    rows, closed = walk.along(middle, across)
-    rows = [(middle[0], across, *middle[1:]), *rows]
-    if not closed:
-        before = walk.along(middle, -across)[0][::-1]
-        rows = [*((row[0], -row[1], *row[2:]) for row in before), *rows]
+    before = walk.along(middle, -across)[::-1]
+    rows = [*((row[0], -row[1], *row[2:]) for row in before), (middle[0], across, *middle[1:])]
+    rows += walk.along(middle, across)
     columns = _apart([np.array(column) for column in zip(*rows, strict=True)])
     if len(columns[0]) < 2:  # the least gap is in a corner of the face
         return None
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(columns[0], axis=0), axis=1)))
+    ends = chart.at(columns[0][[0, -1]])
+    closed = chart.wraps and bool(np.linalg.norm(ends[1] - ends[0]) < SINGLE * s[-1])
     return Ridge(columns[0], columns[1], s, columns[2], columns[3], slope, closed)
 
 
@@ -120,11 +107,16 @@ def _apart(columns: list[Array]) -> list[Array]:
     return [column[apart] for column in columns]
 
 
-def lowest_sample(gap: Gap, chart: Chart) -> Array | None:
-    """Return the middle (2,) of the samples with the least gap, or None if nothing is opposite."""
+def samples(chart: Chart) -> Array:
+    """Return places (n, 2) all over a face."""
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
     grid = np.stack(np.meshgrid(share, share, indexing="ij"), axis=-1).reshape(-1, 2)
-    grid = chart.low + grid * (chart.high - chart.low)
+    return np.asarray(chart.low + grid * (chart.high - chart.low))
+
+
+def lowest_sample(gap: Gap, chart: Chart) -> Array | None:
+    """Return the middle (2,) of the samples with the least gap, or None if nothing is opposite."""
+    grid = samples(chart)
     values = gap(grid)
     faced = np.isfinite(values)
     if not faced.any():
@@ -205,8 +197,8 @@ class _Walk:
             place = place + move * across
         return place, middle, curvature
 
-    def along(self, start: Point, across: Array) -> tuple[list[Row], bool]:
-        """Return the points after a first one, and whether they came back to it."""
+    def along(self, start: Point, across: Array) -> list[Row]:
+        """Return the points after a first one."""
         result, way = list[Row](), np.array([-across[1], across[0]])
         last, before, drop = start, start[1], NEAR * start[2] * self._step**2
         while len(result) < 8 * STATIONS:
@@ -218,30 +210,19 @@ class _Walk:
                 share = self._until_jump(last, way, length, drop)
                 if share < 1.0 or found is None:
                     end = self._before(last, way, across, share * length)
-                    return [*result, *([(end[0], across, *end[1:])] if end else [])], False
+                    return [*result, *([(end[0], across, *end[1:])] if end else [])]
             drop = max(drop, change)
             way = (found[0] - last[0]) / np.linalg.norm(found[0] - last[0])
             across = np.array([way[1], -way[0]])
             before, last = last[1], found
             result.append((found[0], across, *found[1:]))
-            if len(result) > 3 and self._is_back(found, start):
-                return [*result[:-1], (found[0], across, *start[1:])], True
             if room < self._step:
                 break
-        return result, False
-
-    def _is_back(self, found: Point, start: Point) -> bool:
-        """Return whether a point is the first one again, or has gone round to it."""
-        away = found[0] - start[0]
-        period = float(self._chart.high[0] - self._chart.low[0])
-        round_ = self._chart.wraps and abs(away[0]) >= period
-        return bool(round_ or np.linalg.norm(away) < 0.6 * self._step)
+        return result
 
     def _room(self, place: Array, way: Array) -> float:
         """Return how far a point may go along a way to the rim of the face [length]."""
-        low, high = self._chart.low.copy(), self._chart.high.copy()
-        if self._chart.wraps:
-            low[0], high[0] = -np.inf, np.inf
+        low, high = self._chart.low, self._chart.high
         with np.errstate(divide="ignore", invalid="ignore"):
             room = np.where(way > SINGLE, (high - place) / way, np.inf)
             room = np.minimum(room, np.where(way < -SINGLE, (low - place) / way, np.inf))

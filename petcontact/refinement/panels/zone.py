@@ -91,7 +91,7 @@ class ContactBand:
     sharp : (bool, bool)
         Whether contact ends there with the face; elsewhere p is a root.
     mirrored : (bool, bool)
-        Whether the face ends there at a plane of symmetry, beyond which contact goes on.
+        Whether contact goes on there: beyond a plane of symmetry, or round the face.
     """
 
     points: Array

@@ -15,6 +15,7 @@ from ...arrays import Array, Index, shown
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import replace
 from ...round_off import EPS, SINGLE, SOLVED, first_largest
 from ..contact_zones import areas, between_nodes, hidden_slip
 from ..evaluated import NOWHERE, Evaluated
@@ -208,18 +209,19 @@ class _OfStep:
         """Yield the forces and moments on the parts that supports hold."""
         for body in self._solution.problem.body:
             mesh, result = self._solution.meshes[body.name], self._step.bodies[body.name]
-            acting = float(mesh.weight @ np.abs(result.traction).max(axis=1))
+            acting, far = float(mesh.weight @ np.abs(result.traction).max(axis=1)), np.abs(mesh.x)
             # a rigid motion leaves round-off of E times displacement over the size of the body
             strain = float(np.abs(result.u).max() / np.ptp(mesh.x, axis=0).max())
-            acting = max(acting, body.material.young_modulus * strain * float(mesh.weight.sum()))
+            rough = max(acting, body.material.young_modulus * strain * float(mesh.weight.sum()))
             for part in (c.part for c in body.boundary if c.condition in HELD):
                 rows = mesh.nodes_of(part)
-                force = mesh.weight[rows] @ result.traction[rows]
-                yield self._number(f"force on {part}", body.name, force, "force", acting)
+                held = {"force": (mesh.weight[rows] @ result.traction[rows], 1.0)}
                 if mesh.components > mesh.dim:
-                    moment = result.moment_on(mesh, part)
-                    far = acting * float(np.abs(mesh.x).max())
-                    yield self._number(f"moment on {part}", body.name, moment, "moment", far)
+                    held["moment"] = np.asarray(result.moment_on(mesh, part)), float(far.max())
+                for unit, (value, arm) in held.items():
+                    name = f"{unit} on {part}"
+                    number = self._number(name, body.name, value, unit, rough * arm)
+                    yield replace(number, scale=acting * arm)
 
 
 def resultant(pair: PairResult) -> tuple[float, float]:

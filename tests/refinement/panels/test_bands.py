@@ -12,7 +12,7 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
 from petcontact.refinement.panels.bands import banded
-from petcontact.refinement.panels.face_gaps import face_gap
+from petcontact.refinement.panels.face_gaps import face_gap, touching
 from petcontact.refinement.panels.forecast import band_of, forecast_of, hertz_ellipse
 from petcontact.refinement.panels.ridge import ridge_of
 
@@ -160,6 +160,52 @@ def test_the_upper_half_of_an_o_ring_is_unrolled_as_one():
         for x, y in ((1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0))
     ]
     assert chart_of(Revolved(shape="revolved", angle=30.0, loops=[bent]).outline(), "skin") is None
+
+
+def test_the_ridge_of_a_whole_o_ring_goes_round():
+    """It is cut at the rim of the chart, beyond which contact goes on; panels turn by 45° at most,
+    though the normals at its top do not turn."""
+    sides = [
+        {"part": "upper", "to": [27.65, 0.0], "radius": -2.65},
+        {"part": "lower", "to": [22.35, 0.0], "radius": -2.65},
+    ]
+    surface = Revolved(shape="revolved", loops=[sides]).outline()
+    chart = chart_of(surface, "upper")
+    ridge = ridge_of(face_gap(chart, as_given("2.65 - z", "gap"), None, None), chart)
+    forecast = forecast_of(ridge, chart.at(ridge.points), 46.87, 10.0 / (1.0 - 0.49**2))
+    assert ridge.straight and ridge.closed
+    assert sorted(ridge.points[[0, -1], 0]) == pytest.approx([0.0, 50.0 * np.pi], abs=1e-6)
+    assert forecast.half == pytest.approx(0.2764, rel=2e-3)  # of the axial problem
+    band = replace(band_of(ridge, forecast), mirrored=(True, True))
+    made = banded(round_mesh(surface, 3.0, 1), "upper", (chart, band, 0))
+    nodes = made.nodes_of("upper")
+    assert made.weight[nodes].sum() == pytest.approx(50.0 * np.pi * 2.65 * np.pi, rel=1e-3)
+    corners = made.corners[made.part == made.part_names.index("upper")]
+    angle = np.sort(np.arctan2(corners[..., 1], corners[..., 0]), axis=1)
+    turn = np.minimum(np.ptp(angle, axis=1), 2.0 * np.pi - np.ptp(angle, axis=1))
+    assert turn.max() < 0.25 * np.pi + 1e-6
+
+
+def test_a_pin_in_a_bore_touches_where_it_moves():
+    """The clearance c is the same all around: after the motion the gap is c (1 - cos φ)."""
+    sides = [
+        {"part": "end", "to": [25.0, -10.0]},
+        {"part": "outer", "to": [25.0, 10.0]},
+        {"part": "top", "to": [10.0, 10.0]},
+        {"part": "bore", "to": [10.0, -10.0]},
+    ]
+    chart = chart_of(Revolved(shape="revolved", loops=[sides]).outline(), "bore")
+    way = np.array([0.6, -0.8, 0.0])
+    gap = touching(face_gap(chart, as_given("0.02 + 0*x", "gap"), None, None), chart, way)
+    ridge = ridge_of(gap, chart)
+    assert ridge.straight and ridge.curvature == pytest.approx(2e-4, rel=1e-3)
+    assert chart.at(ridge.points)[:, :2] == pytest.approx(
+        np.broadcast_to(-10.0 * way[:2], (len(ridge.s), 2)), abs=1e-2
+    )
+    # slices of a short contact that are shorter than wide would have loads with alternating signs
+    forecast = forecast_of(ridge, chart.at(ridge.points), 2000.0, 230_769.0)
+    middle = forecast.load[np.abs(forecast.s - 10.0) < 5.0]
+    assert middle.min() > 0.95 * middle.max()
 
 
 def test_two_bands_on_one_roller_have_half_of_its_side_each():
