@@ -238,7 +238,7 @@ class Bands(Keeping):
         charts = self._charts(side, middle[0])
         gap = self._gap(side, charts, solution)
         ridge = ridge_of(gap, charts[0], charts[0].local(middle)[0])
-        if ridge is None or not ridge.straight:
+        if ridge is None:
             return None
         return charts, gap, ridge
 

@@ -31,7 +31,7 @@ HALVINGS = 48
 
 @record
 class Ridge:
-    """A line of least gap on a chart.
+    """A straight line of least gap on a chart.
 
     Attributes
     ----------
@@ -53,13 +53,8 @@ class Ridge:
     slope: float
     closed: bool
 
-    @property
-    def straight(self) -> bool:
-        """Whether all of the line has one direction."""
-        return bool(np.abs(self.across - self.across[:1]).max() < SINGLE)
-
     def at(self, s: Array) -> tuple[Array, Array]:
-        """Return points and vectors across (n, 2) at lengths along a straight line."""
+        """Return points and vectors across (n, 2) at lengths along the line."""
         across = np.repeat(self.across[:1], len(s), axis=0)
         way = np.array([-across[0, 1], across[0, 0]])
         return self.points[0] + (s - self.s[0])[:, None] * way, across
@@ -67,10 +62,9 @@ class Ridge:
 
 def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None:
     """Return the ridge through the least gap of a face, or None if the gap is not convex there, or
-    lowest in a corner.
+    lowest in a corner, or if the ridge is not straight.
 
-    The ridge is followed both ways from there to the rim of the face or to a jump of the gap. Each
-    step goes on straight, and then across to the least gap.
+    It ends on both sides at the rim of the face or at a jump of the gap.
 
     Parameters
     ----------
@@ -83,28 +77,17 @@ def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None
     if place is None or (first := _first(gap, chart, place)) is None:
         return None
     place, across, stencil, slope = first
-    walk = _Walk(gap, chart, stencil)
-    middle = walk.centred(place, across)
-    if middle is None:
+    line = _Line(gap, chart, place, across, stencil)
+    rows = np.concatenate([line.along(-1.0)[::-1], line.seen(np.zeros(1)), line.along(1.0)])
+    t, value, curvature, off = rows[np.append(True, np.diff(rows[:, 0]) > SINGLE * line.step)].T
+    # in a corner of the face there is one point
+    if len(t) < 2 or not np.all(np.abs(off) <= SINGLE * np.maximum(np.abs(t), line.step)):
         return None
-    before = walk.along(middle, -across)[::-1]
-    rows = [*((row[0], -row[1], *row[2:]) for row in before), (middle[0], across, *middle[1:])]
-    rows += walk.along(middle, across)
-    columns = _apart([np.array(column) for column in zip(*rows, strict=True)])
-    if len(columns[0]) < 2:  # the least gap is in a corner of the face
-        return None
-    s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(columns[0], axis=0), axis=1)))
-    ends = chart.at(columns[0][[0, -1]])
-    closed = chart.wraps and bool(np.linalg.norm(ends[1] - ends[0]) < SINGLE * s[-1])
-    return Ridge(columns[0], columns[1], s, columns[2], columns[3], slope, closed)
-
-
-def _apart(columns: list[Array]) -> list[Array]:
-    """Return columns without rows whose point is that of the row before: at a wall the last step
-    may be none."""
-    steps = np.linalg.norm(np.diff(columns[0], axis=0), axis=1)
-    apart = np.append(True, steps > SINGLE * steps.max(initial=0.0))
-    return [column[apart] for column in columns]
+    points = line.places(t)
+    ends = chart.at(points[[0, -1]])
+    closed = chart.wraps and bool(np.linalg.norm(ends[1] - ends[0]) < SINGLE * (t[-1] - t[0]))
+    sides = np.repeat(across[None], len(t), axis=0)
+    return Ridge(points, sides, t - t[0], value, curvature, slope, closed)
 
 
 def samples(chart: Chart) -> Array:
@@ -167,85 +150,70 @@ def _quotients(gap: Gap, place: Array, step: float) -> tuple[Array, Array, Array
     return np.array([first, second]) / (2.0 * step), curvatures, vectors
 
 
-Point = tuple[Array, float, float]
-"""A point of a ridge, the gap and the curvature across it."""
+class _Line:
+    """A straight line through the least gap."""
 
-Row = tuple[Array, Array, float, float]
-"""The same with the direction across the ridge after the point."""
-
-
-class _Walk:
-    """Steps along a ridge."""
-
-    def __init__(self, gap: Gap, chart: Chart, stencil: float) -> None:
+    def __init__(self, gap: Gap, chart: Chart, place: Array, across: Array, stencil: float) -> None:
         self._gap, self._chart, self._stencil = gap, chart, stencil
-        self._step = float((chart.high - chart.low).max()) / STATIONS
+        self._place, self._across = place, across
+        self._way = np.array([-across[1], across[0]])
+        self.step = float((chart.high - chart.low).max()) / STATIONS
+        for _ in range(3):
+            self._place = self._place + np.nan_to_num(self.seen(np.zeros(1))[0, 3]) * across
 
-    def centred(self, place: Array, across: Array) -> Point | None:
-        """Return the point of least gap near a place, or None where there is none."""
-        for _ in range(8):
-            offsets = self._stencil * np.array([-1.0, 0.0, 1.0])
-            low, middle, high = self._gap(place + offsets[:, None] * across).tolist()
+    def places(self, t: Array) -> Array:
+        """Return the points (n, 2) at lengths along the line."""
+        return np.asarray(self._place + t[:, None] * self._way)
+
+    def seen(self, t: Array) -> Array:
+        """Return lengths along the line, the gap there, its curvature across, and how far away
+        across it is least, (n, 4); NaN where it is not convex across."""
+        offsets = self._stencil * np.array([-1.0, 0.0, 1.0])
+        x = self.places(t) + offsets[:, None, None] * self._across
+        low, middle, high = self._gap(x.reshape(-1, 2)).reshape(3, -1)
+        with np.errstate(divide="ignore", invalid="ignore"):
             curvature = (high - 2.0 * middle + low) / self._stencil**2
-            if not (math.isfinite(curvature) and curvature > 0.0):
-                return None
-            move = -0.5 * (high - low) / self._stencil / curvature
-            if abs(move) > 10.0 * max(self._step, self._stencil):
-                return None
-            if abs(move) < 1e-6 * self._stencil:
-                break
-            place = place + move * across
-        return place, middle, curvature
+            off = -0.5 * (high - low) / self._stencil / curvature
+        off[~(np.abs(off) <= 10.0 * max(self.step, self._stencil)) | ~(curvature > 0.0)] = np.nan
+        return np.column_stack([t, middle, curvature, off])
 
-    def along(self, start: Point, across: Array) -> list[Row]:
-        """Return the points after a first one."""
-        result, way = list[Row](), np.array([-across[1], across[0]])
-        last, before, drop = start, start[1], NEAR * start[2] * self._step**2
-        while len(result) < 8 * STATIONS:
-            room = self._room(last[0], way)
-            length = min(self._step, room)
-            found = self.centred(last[0] + length * way, across) if length > 0.0 else None
-            change = abs(found[1] - 2.0 * last[1] + before) if found else math.inf
-            if found is None or (change > 10.0 * drop and len(result) > 1):
-                share = self._until_jump(last, way, length, drop)
-                if share < 1.0 or found is None:
-                    end = self._before(last, way, across, share * length)
-                    return [*result, *([(end[0], across, *end[1:])] if end else [])]
-            drop = max(drop, change)
-            way = (found[0] - last[0]) / np.linalg.norm(found[0] - last[0])
-            across = np.array([way[1], -way[0]])
-            before, last = last[1], found
-            result.append((found[0], across, *found[1:]))
-            if room < self._step:
-                break
-        return result
+    def along(self, sign: float) -> Array:
+        """Return what is seen one way from the start, (n, 4), up to the rim or a jump."""
+        room = self._room(sign * self._way)
+        rows = self.seen(sign * np.append(np.arange(self.step, room, self.step), room))
+        t, last, curvature, _ = self.seen(np.zeros(1))[0].tolist()
+        before, drop = last, NEAR * curvature * self.step**2
+        for k, (there, value, _, off) in enumerate(rows.tolist()):
+            change = math.inf if math.isnan(off) else abs(value - 2.0 * last + before)
+            if math.isinf(change) or (change > 10.0 * drop and k > 1):
+                share = self._until_jump(t, there, drop)
+                if share < 1.0 or math.isinf(change):
+                    return np.concatenate([rows[:k], self._before(t, t + share * (there - t))])
+            drop, before, last, t = max(drop, change), last, value, there
+        return rows
 
-    def _room(self, place: Array, way: Array) -> float:
-        """Return how far a point may go along a way to the rim of the face [length]."""
+    def _room(self, way: Array) -> float:
+        """Return how far the start may go along a way to the rim of the face [length]."""
         low, high = self._chart.low, self._chart.high
         with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(way > SINGLE, (high - place) / way, np.inf)
-            room = np.minimum(room, np.where(way < -SINGLE, (low - place) / way, np.inf))
+            room = np.where(way > SINGLE, (high - self._place) / way, np.inf)
+            room = np.minimum(room, np.where(way < -SINGLE, (low - self._place) / way, np.inf))
         return float(room.min()) * (1.0 - 1e-12)
 
-    def _before(self, last: Point, way: Array, across: Array, length: float) -> Point | None:
-        """Return the point just before a jump at a length, which may be none."""
-        if length <= 0.0:
-            return None
-        for back in (1e-9, 1e-6, 1e-3, 0.1):
-            found = self.centred(last[0] + (1.0 - back) * length * way, across)
-            if found is not None:
-                return found
-        return None
+    def _before(self, start: float, end: float) -> Array:
+        """Return what is seen just before a jump, (1, 4), or nothing."""
+        back = np.array([1e-9, 1e-6, 1e-3, 0.1])
+        rows = self.seen(end - back * (end - start))
+        return rows[~np.isnan(rows[:, 3])][:1] if start != end else rows[:0]
 
-    def _until_jump(self, last: Point, way: Array, length: float, least: float) -> float:
+    def _until_jump(self, start: float, end: float, least: float) -> float:
         """Return the share of a step at which the gap jumps by more than a least height, or 1."""
         low, high = 0.0, 1.0
-        ends = self._gap(last[0] + length * np.array([[low], [high]]) * way)
+        ends = self._gap(self.places(np.array([start, end])))
         whole = abs(ends[1] - ends[0])
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            value = self._gap(last[0] + length * middle * way[None])
+            value = self._gap(self.places(np.array([start + middle * (end - start)])))
             if not math.isfinite(value[0]) or (
                 math.isfinite(ends[1]) and abs(value[0] - ends[0]) > abs(ends[1] - value[0])
             ):
