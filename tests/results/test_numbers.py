@@ -45,6 +45,12 @@ def test_width_and_pressure_of_hertz_lie_within_their_errors(hertz):
     assert abs(pressure.place[0]) < 0.01
 
 
+def test_a_reaction_is_a_share_of_what_acts(hertz):
+    """Not of what the body's displacement would take: errors that meshes share are such shares."""
+    held, force = of(hertz, "force on bottom"), of(hertz, "force")
+    assert held.scale == pytest.approx(2.0 * force.size, rel=1e-2)
+
+
 def test_a_pressure_at_a_corner_has_no_bound():
     solution = solve("petcontact/manual/starters/bodies.toml")
     *_, last = (number for number in solution.numbers if number.name == "largest p")
