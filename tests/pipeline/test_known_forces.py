@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from shapes import drawn, moved, problem, solid, touching
 
+from petcontact import Problem
+from petcontact.pipeline.adapt.banded import Bands
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.pipeline.adapt.known_forces import known_force
+from petcontact.refinement.panels.bands import banded
 
 
 def block(low: float) -> dict:
@@ -55,3 +59,41 @@ def test_a_floor_carries_what_presses_a_body_on_it():
     assert [known_force(posed, side, meshes) for side in posed.interfaces] == pytest.approx(
         [4.0, 4.0]
     )
+
+
+def test_a_whole_o_ring_has_the_same_band_as_the_plate_below_it():
+    """Both go round and end where they begin, on the ring and on a plate that is turned, too."""
+    ring = [
+        {"part": "upper", "to": [27.65, 0.0], "radius": -2.65},
+        {"part": "lower", "to": [22.35, 0.0], "radius": -2.65},
+    ]
+    plate = [
+        {"part": part, "to": to}
+        for part, to in (
+            ("side", [35.0, -2.65]),
+            ("top", [15.0, -2.65]),
+            ("hole", [15.0, -12.65]),
+            ("bottom", [35.0, -12.65]),
+        )
+    ]
+    bodies = [
+        {
+            "name": name,
+            "material": {"young_modulus": 10.0, "poisson_ratio": 0.3},
+            "geometry": {"shape": "revolved", "loops": [sides]},
+        }
+        for name, sides in (("ring", ring), ("plate", plate))
+    ]
+    below = {"name": "below", "secondary": "ring.lower", "primary": "plate.top"}
+    posed = Problem(body=bodies, contact=[below | {"direction": [0.0, 0.0, -1.0]}]).posed
+    bands, meshes = Bands(posed), FirstMeshes(posed, 4000).meshes
+    long = bands._expected(posed.interfaces[0], 47.0, meshes, None)
+    assert long.ridge.closed and long.band.mirrored == (True, True)
+    for chart, band in zip(long.charts, bands._bands_of(long), strict=True):
+        number = int(band is not long.band)
+        body, part = long.side.ends[number]
+        assert banded(meshes[body], part, (chart, band, 0)) is not None
+        x = chart.at(band.points)
+        assert np.hypot(x[:, 0], x[:, 1]) == pytest.approx(np.full(len(x), 25.0), abs=1e-4)
+    assert band.points[:, 0].min() == pytest.approx(chart.low[0], abs=1e-6)
+    assert band.points[:, 0].max() == pytest.approx(chart.high[0], abs=1e-6)

@@ -184,6 +184,10 @@ class Bands(Keeping):
         chart = long.charts[1]
         x, normal = own.at(band.points), own.normal(band.points)
         places = opposite(chart, x, normal, long.side.direction)[0]
+        if chart.wraps:  # a band that goes round ends where it begins
+            period = chart.high[0] - chart.low[0]
+            places[:, 0] = np.unwrap(places[:, 0], period=period)
+            places[:, 0] -= period * np.floor((places[:, 0].mean() - chart.low[0]) / period)
         way = np.gradient(places, axis=0)
         way /= np.linalg.norm(way, axis=1, keepdims=True)
         across = np.column_stack([way[:, 1], -way[:, 0]])
