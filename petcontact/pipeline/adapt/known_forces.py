@@ -30,7 +30,7 @@ def known_force(posed: Posed, side: PosedInterface, meshes: Sequence[SurfaceMesh
         return None
     middle, load = 0.5 * (chart.low + chart.high)[None], load_of(posed, side)
     way = chart.normal(middle)[0] if side.direction is None else side.direction
-    if side.direction is None and load.any():
+    if side.direction is None and load.any() and not chart.flat:
         way = -load / np.linalg.norm(load)
     forces = None
     if side.obstacle is not None:
