@@ -7,6 +7,27 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
+ONE_BODY = "body"
+"""Name of the body of a file without [[body]], which messages do not name."""
+
+
+def the_body(name: str) -> str:
+    """A body in words.
+
+    >>> the_body("upper"), the_body("body")
+    ("body 'upper'", 'the body')
+    """
+    return "the body" if name == ONE_BODY else f"body {name!r}"
+
+
+def in_body(name: str) -> str:
+    """What stands before a key of a body.
+
+    >>> in_body("upper"), in_body("body")
+    ("body 'upper': ", '')
+    """
+    return "" if name == ONE_BODY else f"body {name!r}: "
+
 
 class PetcontactError(Exception):
     """Base of all errors raised on purpose; `exit_status` is what the command line returns."""

@@ -12,8 +12,8 @@ from ..arrays import Array, Index, shown
 from ..bem.kernel import COMPONENTS
 from ..bem.particular.loaded_inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
-from ..errors import InputError
-from ..fields.boundary.places import best_places, located, sizes
+from ..errors import InputError, the_body
+from ..fields.boundary.places import best_places, located, widths
 from ..fields.boundary.surface_stress import BoundaryField
 from ..fields.interior import InteriorField, Progress, points_in, stress_across
 from ..fields.stress_state import StressState
@@ -64,7 +64,7 @@ def quantity(state: StressState, name: str) -> Array:
 
 LAYER = np.array([0.3, 0.4, 0.3, 0.17, 0.11, 0.075])
 """By the order of an element: depth of the layer under it in which stresses are interpolated, over
-its half length, in space over the distance of its corners from the middle."""
+its half length, in space over the distance of the corners from the middle of a square as wide."""
 CLOSE = 0.03
 """Share of the layer in which stresses are those on the boundary, where nothing can be
 interpolated, as at corners; over twice that they pass into those inside."""
@@ -177,7 +177,7 @@ def states_at(
     first = increments[0]
     if not first.known:
         name = first.body.name
-        raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
+        raise InputError(f"{the_body(name)} is a superelement: fields inside it are not known")
     points = points_in(points, first.mesh.dim)
     if part is not None and part not in first.mesh.part_names:
         raise InputError(f"no part {part!r}{nearest(part, list(first.mesh.part_names))}")
@@ -224,7 +224,7 @@ def _next_to_boundary(
     boundary is taken at distances up to `CLOSE`, and the stress is kept farther away.
     """
     mesh = increments[0].mesh
-    layer = LAYER[mesh.order] * sizes(mesh)
+    layer = LAYER[mesh.order] * widths(mesh)
     element, place = located(mesh, x, within=layer)
     rows = np.flatnonzero((element >= 0) & np.isfinite(stress).all(axis=(1, 2)))
     foot, normal = mesh.at(element[rows], place[rows])

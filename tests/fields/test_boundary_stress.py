@@ -112,6 +112,26 @@ def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
     assert len(x) > 20 and error < 4.5e-3 * np.abs(stress).max()
 
 
+@pytest.mark.parametrize("depth", [0.1, 0.2, 0.4])
+def test_below_long_panels_stress_is_that_of_the_body(depth):
+    """Panels along a load on a line are as long as the line, and as narrow as the load asks for."""
+    cube, long = box_mesh(CUBE, lambda part: 0.25, 2, 1.0), np.array([1.0, 20.0, 4.0])
+    mesh = SurfaceMesh(cube.corners * long, cube.order, cube.part, cube.part_names, cube.middles)
+    sources = [(0.1, y, 4.3) for y in np.linspace(-40.0, 40.0, 401)]
+
+    def line(x):
+        return (sum(each) for each in zip(*(kelvin(x, source=s) for s in sources), strict=True))
+
+    u, stress = line(mesh.x)
+    found = BodyResult(u, np.einsum("nij,nj->ni", stress, mesh.normal))
+    (body,) = problem(body=[solid("cube", BOX, closing("top"), material=elastic(2.6, 0.3))]).bodies
+    fields = BodyFields(body, mesh, found, None, np.full(mesh.n_nodes, -1), {1: 1.0})
+    x = np.array([(x, y, 4.0 - depth) for x in (-0.1, 0.0, 0.1) for y in (0.0, 2.0)])
+    _, wanted = line(x)
+    error = np.abs(fields.at(x).stress - tensor_components(wanted)).max()
+    assert error < 0.01 * np.abs(wanted).max()
+
+
 def triangles(mesh):
     """Every panel cut in two, the curved ones through the points in their middles."""
     corners = np.concatenate([mesh.corners[:, [0, 1, 2, 3]], mesh.corners[:, [0, 2, 3, 3]]])

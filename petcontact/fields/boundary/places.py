@@ -88,6 +88,13 @@ def sizes(mesh: BoundaryMesh) -> Array:
     return mesh.spheres[1]
 
 
+def widths(mesh: BoundaryMesh) -> Array:
+    """Return the sizes of elements, (n_elements,), of long panels those of squares as wide
+    [length]."""
+    size, area = sizes(mesh), np.bincount(mesh.element, mesh.measure, mesh.n_elements)
+    return np.asarray(np.minimum(size, 0.5 * area / size ** (mesh.dim - 2)))
+
+
 def meeting(
     mesh: BoundaryMesh, x: Array, within: float, part: str | None = None
 ) -> tuple[Array, Index]:

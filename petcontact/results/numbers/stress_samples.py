@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Array, Index, Mask, shown
-from ...fields.boundary.places import all_at, located, sizes
+from ...fields.boundary.places import all_at, located, sizes, widths
 from ...fields.stress_state import StressState
 from ...round_off import SUMMED, first_largest
 from ..evaluated import Evaluated
@@ -319,7 +319,7 @@ class Samples:
 
     def _too_near(self, x: Array) -> Mask:
         """Which points (q, d) inside are nearer to an element than `SHALLOW` times its size."""
-        reach = SHALLOW * sizes(self._fields.mesh)
+        reach = SHALLOW * widths(self._fields.mesh)
         return located(self._fields.mesh, x, within=reach)[0] >= 0
 
     def _near_unbounded(self, x: Array) -> Mask:
