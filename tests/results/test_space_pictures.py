@@ -84,6 +84,9 @@ def test_a_cut_is_what_a_plane_has_in_common_with_the_body(solution, tmp_path, m
     solution.save("c.h5")
     cut = ["field", "c.h5", "--section", "x=0", "--figure", "cut.png", "--grid", "9x9"]
     assert main(cut) == 0 and sorted(p.name for p in tmp_path.iterdir()) == ["c.h5", "cut.png"]
+    box = ["--window", "-9", "0.1", "0.1", "9", "0.9", "0.9"]
+    assert main([*cut, *box]) == 0 and main([*cut, "--window", "0", "0", "1", "1"]) == 2
+    assert "--window: the body has 3 dimensions" in capsys.readouterr().err
     for section, said in (("x=7", "no body lies at x = 7"), ("r=1", "such as y=0")):
         assert main(["field", "c.h5", "--section", section, "--figure", "cut.png"]) == 2
         assert said in capsys.readouterr().err

@@ -21,10 +21,17 @@ from ...runtime.figure_style import label, legend_below, name_what_is_seen, plai
 from ...runtime.hints import demand_name
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
-from ..numbers.peaks import QUANTITIES, unbounded_places
+from ..numbers.peaks import QUANTITIES, stress_peaks, unbounded_places
 from ..strength.place import Place
 from ..verdict.text import KEPT, place_of
-from ..vtu.inner_fields import Window, field_inside, filled_bodies, grid_inside, within
+from ..vtu.inner_fields import (
+    Window,
+    check_window,
+    field_inside,
+    filled_bodies,
+    grid_inside,
+    within,
+)
 from ..vtu.spread_points import Places
 from .colour_bands import beyond
 from .curves import headed_end
@@ -90,8 +97,8 @@ def deformed_figure(
         von_mises, principal_1, ..., sigma_xx, ..., u, ux, ...
     bodies : names, optional
         Those that are coloured.
-    window : two (2,) arrays, optional
-        In the plane, corners of the box that is shown [length].
+    window : two (d,) arrays, optional
+        In the plane and in a cut, corners of the box that is shown [length].
     section : str, optional
         In space, the plane of a cut through the bodies as they were: "y=0".
 
@@ -122,6 +129,7 @@ def deformed_figure(
     if section is not None:
         if mesh.dim < 3:
             raise InputError(f"--section {section}: cuts bodies in space; these are plane")
+        check_window(mesh, window)
         picture = replace(picture, view=replace(picture.view, factor=0.0), across=plane_of(section))
         save(Path(path), _draw_section, solution, picture)
         return Path(path)
@@ -188,6 +196,9 @@ def _draw_section(figure: Any, solution: SolutionData, picture: Picture) -> None
     every = {
         name: outline_of(as_surface(solution.meshes[name]), axis, value) for name in picture.bodies
     }
+    if picture.window is not None:
+        box = shapely.box(*np.delete(picture.window, axis, axis=1).ravel())
+        every = {name: cut.intersection(box) for name, cut in every.items()}
     if not (cuts := {name: cut for name, cut in every.items() if not cut.is_empty}):
         raise InputError(f"--section: no body lies at {'xyz'[axis]} = {value:g}")
     fields = {
@@ -261,16 +272,25 @@ def largest_known(
 ) -> list[tuple[float, str, Array]]:
     """The largest values of the verdict, with their bodies and places: of a place without a bound
     that at its stated distance."""
-    last, name = solution.last, WORDS.get(quantity, "").removesuffix(" stress")
+    name = WORDS.get(quantity, "").removesuffix(" stress")
     return [
         (float(number.value[0]), number.of, number.place)
-        for number in (solution.numbers if name in QUANTITIES else ())
+        for number in (_peaks(solution) if name in QUANTITIES else ())
         if number.name.startswith(f"{name} stress ")
-        and (number.step, number.cycle) == (last.step, last.cycle)
         and number.of in bodies
         and number.place is not None
-        and np.isfinite(number.error)
+        and np.isfinite(number.value[0])
     ]
+
+
+def _peaks(solution: SolutionData) -> Sequence[Any]:
+    """The largest stresses at the end: the verdict's are those of all steps."""
+    last = solution.last
+    return (
+        solution.at_end("peaks", last, lambda: stress_peaks(solution, [last]))
+        if solution.posed.steps
+        else solution.numbers
+    )
 
 
 def _drawn(picture: Picture, field: Field) -> Array:
@@ -282,7 +302,7 @@ def _drawn(picture: Picture, field: Field) -> Array:
 def _places(solution: SolutionData, picture: Picture, body: str) -> list[Place]:
     """Where the quantity has no bound."""
     stress = not picture.quantity.startswith("u")
-    return unbounded_places(solution, solution.numbers)[body] if stress else []
+    return unbounded_places(solution, _peaks(solution))[body] if stress else []
 
 
 def _without(solution: SolutionData, picture: Picture) -> str:

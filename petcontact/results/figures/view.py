@@ -96,7 +96,7 @@ def view_of(
             factor = min(factor, max(1.0, round_number(SLID * size, slip)))
         if factor < 1.0:
             factor = factor if largest > size else 1.0
-        elif (factor - 1.0) * _misfit(solution) > MISSED * size:
+        elif _misfit(solution, factor) > MISSED * size:
             factor = 1.0
     places = np.vstack([every, *(x[name] + factor * values for name, values in u)])
     return View(factor, places.min(axis=0), places.max(axis=0), largest, eye)
@@ -112,17 +112,19 @@ def _largest_slip(steps: Sequence[StepResult]) -> float:
     return max((float(slip.max(initial=0.0)) for slip in slips), default=0.0)
 
 
-def _misfit(solution: SolutionData) -> float:
-    """The largest distance that contact has closed [length]: sides that were as far apart, or
-    overlapped, meet only where displacements are drawn to scale."""
+def _misfit(solution: SolutionData, factor: float) -> float:
+    """How far sides lie over one another with displacements times a factor, or apart though they
+    touch [length]: a gap that was closed is drawn as an overlap."""
     largest = 0.0
     for side in solution.posed.interfaces:
         pair = solution.last.pairs.get(side.name)
         if side.periodic or pair is None:
             continue
-        gap = _first_gap(solution, side, pair)
-        closed = (pair.state != OPEN) & np.isfinite(gap)
-        largest = max(largest, float(np.abs(gap[closed]).max(initial=0.0)))
+        first = _first_gap(solution, side, pair)
+        known = np.isfinite(first) & np.isfinite(pair.gap)
+        gap = factor * pair.gap[known] - (factor - 1.0) * first[known]
+        wrong = np.where(pair.state[known] == OPEN, -gap, np.abs(gap))
+        largest = max(largest, float(wrong.max(initial=0.0)))
     return largest
 
 

@@ -94,11 +94,16 @@ def grid_inside(
         raise InputError(
             f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions"
         )
+    check_window(mesh, window)
+    return _grid(mesh, resolution, window)
+
+
+def check_window(mesh: BoundaryMesh, window: Window | None) -> None:
+    """Refuse a box of other dimensions than a body's."""
     if window is not None and len(window[0]) != mesh.dim:
         raise InputError(
             f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed"
         )
-    return _grid(mesh, resolution, window)
 
 
 Made = TypeVar("Made")
