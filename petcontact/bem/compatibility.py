@@ -7,7 +7,7 @@ import functools
 import numpy as np
 
 from ..arrays import Array, shown
-from ..errors import InputError
+from ..errors import InputError, in_body
 from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side
 from ..geometry.rotation import lifted
@@ -75,7 +75,7 @@ def check_revolution(body: Body, outline: Meridian) -> None:
     InputError
         One line that names the key, what was given and what is allowed.
     """
-    name = f"body {body.name!r}"
+    name = in_body(body.name)
     try:
         _check_axis(body, outline)
         for conditions in body.conditions:
@@ -94,7 +94,7 @@ def check_revolution(body: Body, outline: Meridian) -> None:
                         f"force acts along the axis only"
                     )
     except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+        raise InputError(f"{name}{error}") from None
 
 
 def _check_axis(body: Body, outline: Meridian) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,8 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Proble
     ----------
     path : str or Path
     overrides : mapping of dotted keys to values, optional
-        For example ``{"method.omega": 1.0, "mesh.element_size": 0.1}``.
+        For example ``{"method.omega": 1.0, "mesh.element_size": 0.1}``. Files are relative to where
+        the program runs, those of the config to its folder.
 
     Raises
     ------
@@ -70,40 +72,39 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Proble
 def parse_problem(
     data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path
 ) -> Problem:
-    """A problem from plain data; files that it names are taken relative to `folder`."""
+    """A problem from plain data, whose files are relative to `folder`, those of the overrides to
+    where the program runs."""
+    data = files_in(data, folder)
     variables = data.get("variables", {})
     for key, value in overrides.items():
         table, _, name = key.partition(".")
         if table == "variables" and isinstance(variables, dict):
             demand_name("variables: no variable", name, variables)
+            if len(re.findall(rf"\b{re.escape(name)}\b", str(data))) < 2:
+                raise InputError(f"{source}: variables.{name}: nothing in the file depends on it")
         set_key(data, whole_key(key), value, source)
-    data = _points_in(_found_in(with_values(data, (Problem, OneBody), source), folder), folder)
-    if isinstance(data.get("body"), list):
-        data["body"] = [
-            _found_in(body, folder) if isinstance(body, dict) else body for body in data["body"]
-        ]
-    problem: Problem = parse(Problem, data, source)
+    problem: Problem = parse(Problem, with_values(data, (Problem, OneBody), source), source)
     return problem
 
 
-def _found_in(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """A copy of the data with the file of its geometry relative to the folder."""
-    geometry = data.get("geometry")
-    if isinstance(geometry, dict) and isinstance(geometry.get("file"), str):
-        return {**data, "geometry": {**geometry, "file": str(folder / geometry["file"])}}
-    return dict(data)
+def names_file(key: str, value: Any) -> bool:
+    """Whether a value names a file, by the last part of its dotted key.
+
+    >>> names_file("method.start", "a.h5:3"), names_file("method.start", "zero")
+    (True, False)
+    """
+    last, text = key.rpartition(".")[2], isinstance(value, str)
+    return text and (last in ("file", "points") or (last == "start" and ".h5" in value))
 
 
-def _points_in(data: Any, folder: Path) -> Any:
-    """A copy of the data with all files of points relative to the folder."""
+def files_in(data: Any, folder: Path) -> Any:
+    """A copy of the data with all files that they name relative to the folder."""
     if isinstance(data, list):
-        return [_points_in(each, folder) for each in data]
+        return [files_in(each, folder) for each in data]
     if not isinstance(data, dict):
         return data
     return {
-        key: str(folder / value)
-        if key == "points" and isinstance(value, str)
-        else _points_in(value, folder)
+        key: str(folder / value) if names_file(key, value) else files_in(value, folder)
         for key, value in data.items()
     }
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ..arrays import LARGEST_NUMBER
-from ..errors import InputError
+from ..errors import InputError, the_body
 from ..given.posed import HOLD
 from ..given.tables.base import Expression, Finite, Model, Vector, whole_or_auto
 from ..runtime.hints import among, demand_name
@@ -332,7 +332,7 @@ def _changing(body: Body, change: Any, key: str) -> Displacement | Traction | Pe
         return Traction(part, pressure=0.0)
     if not isinstance(old, Displacement | Traction | Periodic):
         names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction | Periodic)]
-        hint = among(part, names, f"those of body {body.name!r} are")
+        hint = among(part, names, f"those of {the_body(body.name)} are")
         raise ValueError(
             f"{key}: no displacement or traction condition on {part!r}{hint}; a free part takes a "
             "pressure, or give it a condition before"
@@ -348,6 +348,12 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     ValueError
         One line that names the key, which starts with that of the step.
     """
+    if key != "step[0]" and not (
+        step.boundary or step.obstacle or step.contact or step.point_force or step.loads
+    ):
+        raise InputError(
+            f"{key}: changes nothing; give it a [[step.boundary]], ... or leave it out"
+        )
     changed = list[tuple[str, str, str]]()
     for k, change in enumerate(step.boundary):
         place = f"{key}.boundary[{k}]"

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import pydantic
 
-from ..errors import InputError
+from ..errors import InputError, the_body
 from ..given.tables.base import Coordinate, Direction, Expression, Finite, Model, Vector
 
 
@@ -123,9 +123,11 @@ def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
     """
     for load, needed in loads.needs:
         if getattr(body.material, needed) is None:
-            raise InputError(f"{key}.{load}: the material of body {body.name!r} has no {needed}")
+            raise InputError(f"{key}.{load}: the material of {the_body(body.name)} has no {needed}")
         if getattr(body.material, needed) == 0.0:
-            raise InputError(f"{key}.{load}: does nothing, the {needed} of body {body.name!r} is 0")
+            raise InputError(
+                f"{key}.{load}: does nothing, the {needed} of {the_body(body.name)} is 0"
+            )
 
 
 NO_LOADS = VolumeLoads.model_construct()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from ..errors import in_body
 from ..given import body_data, conditions
 from ..given.interface_data import Law
 from ..given.values import Given, as_given
@@ -56,19 +57,23 @@ def _conditions(
 ) -> tuple[Conditions, list[Conditions]]:
     """The conditions of a body at the beginning, and at the end of each step."""
     posed = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
-    first = values = {part: _condition(body.name, condition) for part, condition in posed.items()}
+    first = values = {
+        part: _condition(f"{in_body(body.name)}{part}", condition)
+        for part, condition in posed.items()
+    }
     result = []
     for s, step in enumerate(steps):
         for part in posed:
             if (still := at_rest(posed[part])) is not posed[part]:
                 posed = {**posed, part: still}
-                values = {**values, part: _condition(body.name, still)}
+                values = {**values, part: _condition(part, still)}
         for k, change in enumerate(step.boundary):
             if change.body in names:
                 before = body.model_copy(update={"boundary": tuple(posed.values())})
-                condition = condition_after(before, change, f"step[{s}].boundary[{k}]")
+                key = f"step[{s}].boundary[{k}]"
+                condition = condition_after(before, change, key)
                 posed = {**posed, change.part: condition}
-                values = {**values, change.part: _condition(body.name, condition)}
+                values = {**values, change.part: _condition(key, condition)}
         result.append(values)
     return first, result
 
@@ -97,10 +102,10 @@ def _forces_of_steps(body: Body, steps: Sequence[Step]) -> Iterator[list[body_da
 
 
 def _condition(
-    name: str, condition: Displacement | Traction | Symmetry | Periodic
+    key: str, condition: Displacement | Traction | Symmetry | Periodic
 ) -> conditions.Condition:
-    """The condition of a part of a body, whose name errors tell."""
-    part, key = condition.part, f"body {name!r}: {condition.part}"
+    """The condition of a part of a body, whose place in the config errors tell."""
+    part = condition.part
     if isinstance(condition, Symmetry):
         return conditions.Symmetry(part)
     if isinstance(condition, Periodic):
@@ -126,7 +131,7 @@ def _vector(values: Sequence[Any] | None, key: str) -> tuple[Given, ...]:
 
 
 def _loads(name: str, loads: VolumeLoads) -> body_data.Loads:
-    key = f"body {name!r}: loads"
+    key = f"{in_body(name)}loads"
     return body_data.Loads(
         _vector(loads.acceleration, f"{key}.acceleration"),
         _vector(loads.force, f"{key}.force"),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import pydantic
 import tomli_w
 
-from ..errors import InputError
+from ..errors import ONE_BODY, InputError, in_body
 from ..geometry.condensed_surface import CondensedSurface
 from ..geometry.meridian import meridian
 from ..geometry.outline import as_outline
@@ -50,9 +50,6 @@ from .torsion import is_twisted, with_third_components
 
 if TYPE_CHECKING:
     from ..geometry.surface import Boundary
-
-ONE_BODY = "body"
-"""Name of the body of a file without [[body]]."""
 
 
 class Setting(Model):
@@ -323,9 +320,7 @@ class Problem(Setting):
             outline = as_outline(boundary, f'symmetry = "{self.symmetry}"')
             return meridian(outline, twisted=self.twisted) if axial else outline
         except InputError as error:
-            raise InputError(
-                str(error) if self.is_flat else f"body {body.name!r}: {error}"
-            ) from None
+            raise InputError(f"{in_body(body.name)}{error}") from None
 
     def side(self, key: str, text: str, obstacles: Sequence[str] = ()) -> tuple[int, str]:
         """Number of the body and name of the part that "body.part" means; of a single body "part"

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..bem.boundary_data import BoundaryData
 from ..compliance.interface import Interface
-from ..errors import InputError
+from ..errors import InputError, in_body, the_body
 from ..given.body_data import Body
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -143,7 +143,7 @@ def condensed_body(
     ends = [end for interface in problem.interfaces for end in interface.ends]
     parts = [part for part in mesh.part_names if (number, part) in ends]
     if not parts:
-        raise InputError(f"body {name!r} is in no contact")
+        raise InputError(f"{the_body(name)} is in no contact")
     faces = [_free_face(mesh, number, part) for part in parts]
     meshes = list(solution.meshes.values())
     data = [boundary_data(*body, faces) for body in zip(problem.bodies, meshes, strict=True)]
@@ -174,7 +174,7 @@ def _check_steps(
         traction_known = boundary_data(body, mesh, faces, step).traction_known
         if not np.array_equal(traction_known, first.traction_known):
             raise InputError(
-                f"body {body.name!r}: step {step} holds what is free before, or "
+                f"{in_body(body.name)}step {step} holds what is free before, or "
                 "the other way round; a superelement has one compliance: condense the problem of "
                 "one of the steps"
             )

@@ -15,7 +15,7 @@ from ..bem.particular.volume import volume_solution
 from ..compliance.body.eliminated import ElasticBody
 from ..compliance.interface import slices
 from ..compliance.reduced_bodies import BodiesSystem
-from ..errors import InputError
+from ..errors import InputError, the_body
 from ..fields.stress_state import StressState
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -70,7 +70,7 @@ class BodyOperators:
         operators, d, n = self.eliminated.operators, self.mesh.components, self.mesh.n_nodes
         if not self._problem.outline(self._number).has_inside:
             raise InputError(
-                f"body {self.name!r} is a superelement: it has no boundary integral operators"
+                f"{the_body(self.name)} is a superelement: it has no boundary integral operators"
             )
         single, double = np.zeros((n, d, n, d)), np.zeros((n, d, n, d))
         targets = self.mesh.targets(slice(None))

@@ -11,7 +11,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution, volume_solution
-from ..errors import InputError
+from ..errors import InputError, in_body
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
 from ..given.posed import Posed
@@ -225,7 +225,7 @@ class Evaluated(Keeping, Hinted):
                 raise
             name = fields[0].body.name
             others = f"; body=... names another: {', '.join(self.meshes)}" if body is None else ""
-            raise InputError(f"body {name!r}: {error}{others}") from None
+            raise InputError(f"{in_body(name)}{error}{others}") from None
 
     def at(
         self, points: Any, body: str | None = None, step: StepResult | int | None = None

@@ -57,8 +57,16 @@ EXPLAINED = {
     ("roller", "slider", "sliding_support"): (
         'a roller is condition = "displacement" with value = ["free", 0.0]'
     ),
-    ("fixed", "clamped", "encastre", "pinned", "hinge", "fixed_support", "built-in", "locked"): (
+    ("fixed", "clamped", "encastre", "pinned", "hinge", "fixed_support", "built-in"): (
         'a support is condition = "displacement" with value = [0.0, 0.0], "free" where it slides'
+    ),
+    ("steel", "aluminium", "aluminum", "titanium", "copper", "iron", "brass"): (
+        "a material is its numbers, such as { young_modulus = 210_000.0, poisson_ratio = 0.3 } for "
+        "steel in MPa"
+    ),
+    ("locked",): (
+        'a preload is "locked" by a [[step.contact]] after the step that has reached it; a support '
+        'is condition = "displacement" with value = [0.0, 0.0]'
     ),
     ("pressure", "dload", "dsload"): (
         'a pressure is condition = "traction" with pressure = p, p > 0 presses'

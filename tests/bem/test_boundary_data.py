@@ -82,11 +82,11 @@ LOGARITHM = {"part": "left", "condition": "traction", "pressure": "log(-1)"}
         ((contact("bottom", "1/(x-x)"), *SIDES), "friction_bound: expression .* is not finite"),
         (
             (contact("bottom"), moved("left", ["q", 0.0]), *free("right")),
-            r"body 'body': left\.value\[0\]: unknown name 'q'",
+            r"left\.value\[0\]: unknown name 'q'",
         ),
         (
             (contact("bottom"), LOGARITHM, *free("right")),
-            r"body 'body': left\.pressure: expression .* is not finite",
+            r"left\.pressure: expression .* is not finite",
         ),
     ],
 )

@@ -228,6 +228,12 @@ def test_a_byte_order_mark_is_no_key(tmp_path):
         ("boundary.1.ux=0.0", "a displacement is value = [ux, uy]"),
         ("boundary.1.nodeset='top'", "did you mean 'part'?"),
         ("material.yield_stress=250", "materials are linear elastic"),
+        ("material='steel'", "a material is its numbers"),
+        ("material.name='steel'", "valid keys: density, plane, poisson_ratio"),
+        ("method='projection'", 'write method.name = "projection"'),
+        ("contact=[{name='a', secondary='top', primary='b', preload='locked'}]", "[[step.contact]]"),
+        ("boundary.0.gap={points='no.csv'}", "(No such file or directory), got"),
+        ("step=[{name='a'}, {name='b'}]", "step[1]: changes nothing"),
         ("units='mm, N'", "as { length = ..., stress = ... }"),
         ("boundary.1.value=[[0.0, 0.0]]", "in single brackets: [0.0, 0.0]"),
         ("boundary.1.part=['top', 'left']", "one text, with a table for each"),
@@ -247,6 +253,14 @@ def test_hints(setting, hint, tmp_path, monkeypatch, capsys):
     assert main(["solve", str(EXAMPLE), "--no-figures", "--set", setting]) == 2
     said = capsys.readouterr().err
     assert hint in said and str(EXAMPLE) in said and said.count("\n") == 1
+
+
+def test_files_are_relative_to_the_config_and_those_of_overrides_to_here(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(EXAMPLE.read_text().replace("[method]", '[method]\nstart = "a.h5:3"'))
+    assert load(path).method.start == f"{tmp_path}/a.h5:3"
+    assert load(path, {"method.start": "b.h5"}).method.start == "b.h5"
+    assert load(path, {"method.start": "zero"}).method.start == "zero"
 
 
 def test_a_bare_key_is_one_of_the_solver_tables():

@@ -75,7 +75,7 @@ REFUSED = [
     (
         "hertz",
         ["boundary.3={part='left', condition='periodic', partner='right'}"],
-        "'right' of body 'body' has a boundary condition already",
+        "'right' of the body has a boundary condition already",
     ),
     (
         "stack",

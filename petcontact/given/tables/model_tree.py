@@ -10,7 +10,8 @@ from ...runtime.hints import nearest
 from ...runtime.other_words import SYNONYMS
 
 FEW = 3
-"""Keys of a table that are all named, whatever else is known of a key that is not among them."""
+"""Keys of a table that are all named, whatever else is known of a key that is not among them, and
+most tables in which a key says something."""
 
 
 def instead(cls: Any, loc: list[Any], data: Any) -> str:
@@ -48,7 +49,7 @@ def models_at(cls: Any, loc: list[int | str]) -> list[Any]:
 
 
 def stands_in(cls: Any, key: str) -> str:
-    """In which tables of an input a key stands; nothing where it stands in none."""
+    """In which tables of an input a key stands; nothing where it stands in none, or in many."""
     fields = (field for model in models_below(cls) for field in model.model_fields.items())
     tables = {
         f"[{name}]": None
@@ -56,7 +57,7 @@ def stands_in(cls: Any, key: str) -> str:
         if any(key in model.model_fields for model in models_in(field.annotation))
     }
     tables |= {"the top of the file": None} if key in cls.model_fields else {}
-    return f"; it is a key of {', '.join(tables)}" if tables else ""
+    return f"; it is a key of {', '.join(tables)}" if 0 < len(tables) <= FEW else ""
 
 
 def of_another(cls: Any, loc: list[int | str]) -> str:

@@ -111,7 +111,8 @@ class Method(Model):
     max_iterations : int
         Iterations after which a solve ends "not converged".
     start : str
-        "zero", "frictionless" (σ_t = 0, u_t = u_0), or the name of a result file to start from.
+        "zero", "frictionless" (σ_t = 0, u_t = u_0), or a result file to start from, "FILE.h5", or
+        "FILE.h5:3" for its first 3 increments. It is relative to the config, as other files are.
     formulation : {"condensed", "full"}
         Whether the system is eliminated once to u_t = u_0 + Sσ_t, or solved as a whole for every ρ,
         as in the paper.

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...errors import the_body
 from ...geometry.surface import Boundary
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
@@ -63,7 +64,7 @@ def check_meshes(
         ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
         largest, over = float(ratio.max(initial=0.0)), ratio > LARGEST
         text = (
-            f"elements of body {name!r} are up to {largest:.3g} times as large as the body is "
+            f"elements of {the_body(name)} are up to {largest:.3g} times as large as the body is "
             f"thick behind them"
         )
         if area[over].sum() > SHARE * area.sum():
@@ -111,7 +112,7 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
     centre = np.concatenate([panels.chord.centre for panels in curved])[worst]
     point = ", ".join(f"{c:.4g}" for c in centre)
     text = (
-        f"the area factor of {over} curved element{'s' if over > 1 else ''} of body {name!r} "
+        f"the area factor of {over} curved element{'s' if over > 1 else ''} of {the_body(name)} "
         f"varies by more than {limit_of('distortion'):g} within the element, most by "
         f"{ratio[worst]:.3g} in element {int(index)} at ({point}); its integrals keep fewer digits"
     )

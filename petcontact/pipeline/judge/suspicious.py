@@ -8,6 +8,7 @@ import numpy as np
 
 from ...arrays import Array, States
 from ...contact.law_protocol import OPEN
+from ...errors import the_body
 from ...results.records import StepResult, step_ends
 from ...results.report import Finding
 from ...results.solution import Solution
@@ -44,12 +45,14 @@ def _strains(solution: Solution) -> list[Finding]:
             [strain, *(_pressed(p.pressure, p.state, p.weight) / modulus for p in contacts)]
         )
         if strain > limit_of("strain"):
-            text = f"body {body.name!r} is strained by {strain:.0%}: strains are taken to be small"
+            text = (
+                f"{the_body(body.name)} is strained by {strain:.0%}: strains are taken to be small"
+            )
             plane = ", and that forces are per thickness" * (mesh.weight_power == 1)
             advice = f"check the units of loads and moduli{plane}"
             findings.append(new_finding("strain", text, advice=advice, measured=strain))
         if SOLVED < strain < limit_of("tiny strain"):
-            text = f"body {body.name!r} is strained by {strain:.1e} only"
+            text = f"{the_body(body.name)} is strained by {strain:.1e} only"
             advice = "check that loads and moduli have the same unit"
             findings.append(new_finding("tiny strain", text, advice=advice, measured=strain))
     return findings
@@ -105,7 +108,7 @@ def _gaps(discrete: Discrete) -> list[Finding]:
     for name in (n for n in names if n not in touching and len(names) > 1):
         text = "touches no other body"
         advice = "bodies meet where a [[contact]] names their parts"
-        findings.append(new_finding("unpaired", text, f"body {name!r}", advice=advice))
+        findings.append(new_finding("unpaired", text, the_body(name), advice=advice))
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         where, gap = f"pair {side.name!r}", interface.gap[np.isfinite(interface.gap)]
         if side.law.normal == "bilateral" and gap.max(initial=0.0) > 0.0:

@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...bem.boundary_data import half_extent, unit_motions
 from ...contact.law_protocol import OPEN
+from ...errors import the_body
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...results.records import BodyResult, PairResult, StepResult
 from ...results.report import Finding
@@ -62,7 +63,7 @@ def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]
         for mesh, body in zip(discrete.meshes, discrete.posed.bodies, strict=True):
             found = _rigid_part(mesh, result.bodies[body.name].u)
             for largest, value in zip((turned, moved, bent), found, strict=True):
-                _raise(largest, f"body {body.name!r}", value)
+                _raise(largest, the_body(body.name), value)
         for name, arc in rolls(discrete, result.pairs, result.bodies).items():
             _raise(rolled, name, arc)
         for name, obstacle in result.obstacles.items():
@@ -129,7 +130,7 @@ def rolls(
             if np.ptp(mesh.normal[mesh.nodes_of(part)], axis=0).max() < WRITTEN:
                 continue
             arc = _turned(mesh, bodies[name].u, points)
-            _raise(turned, f"body {name!r}", arc / width ** (1.0 / (mesh.dim - 1)))
+            _raise(turned, the_body(name), arc / width ** (1.0 / (mesh.dim - 1)))
     return turned
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from ...bem.compatibility import check_revolution
-from ...errors import InputError
+from ...errors import InputError, in_body, the_body
 from ...geometry.gmsh import UNNAMED
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
@@ -33,7 +33,7 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
         if boundary.dim != d:
             name, first = problem.body[number].name, problem.body[0].name
             raise InputError(
-                f"body {name!r}: has {boundary.dim} dimensions, body {first!r} has {d}"
+                f"{in_body(name)}has {boundary.dim} dimensions, {the_body(first)} has {d}"
             )
         _check_loads(problem.bodies[number], boundary)
         if isinstance(boundary, Meridian):
@@ -57,35 +57,35 @@ def _check_loads(body: Body, boundary: Boundary) -> None:
     """Refuse loads inside a body that may not have them, or whose components do not fit."""
     d = boundary.dim
     for k, point in enumerate(body.forces[0]):
-        check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
-        key = f"body {body.name!r}: point_force[{k}].force"
+        check_components(f"{in_body(body.name)}point_force[{k}].at", point.at, d)
+        key = f"{in_body(body.name)}point_force[{k}].force"
         check_components(key, point.force, boundary.components)
     if not boundary.has_inside and (body.points or not body.volume.is_none):
         key = "point_force" if body.points else "loads"
         raise InputError(
-            f"body {body.name!r}: {key}: loads inside a superelement belong into its file, as "
+            f"{in_body(body.name)}{key}: loads inside a superelement belong into its file, as "
             "force or u_0"
         )
     for loads in [loads for loads in body.loads if not loads.is_none]:
         if boundary.exterior:
-            raise InputError(f"body {body.name!r}: loads: an infinite plate has no volume loads")
+            raise InputError(f"{in_body(body.name)}loads: an infinite plate has no volume loads")
         if d == 2 and loads.axis is not None:
             raise InputError(
-                f"body {body.name!r}: loads.axis: a plane body turns about its normal, one of "
+                f"{in_body(body.name)}loads.axis: a plane body turns about its normal, one of "
                 f"revolution about its axis; leave it out"
             )
         for key, value in loads.vectors.items():
-            check_components(f"body {body.name!r}: loads.{key}", value, d)
+            check_components(f"{in_body(body.name)}loads.{key}", value, d)
 
 
 def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None:
     """Refuse parts of a body that do not exist, or that have no condition or several."""
     body, taken = problem.body[number], list[str]()
     for k, condition in enumerate(body.boundary):
-        _known_part(f"body {body.name!r}: boundary[{k}].part", condition.part, boundary.parts)
+        _known_part(f"{in_body(body.name)}boundary[{k}].part", condition.part, boundary.parts)
         if condition.part in taken:
             raise InputError(
-                f"body {body.name!r}: boundary[{k}].part: {condition.part!r} has a condition "
+                f"{in_body(body.name)}boundary[{k}].part: {condition.part!r} has a condition "
                 f"already, boundary[{taken.index(condition.part)}]"
             )
         taken.append(condition.part)
@@ -103,10 +103,10 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
             continue
         key = f"{side.key}.{'partner' if side.periodic else role}"
         noun = _end_in_words(problem, side, role)
-        _known_part(f"{key}: body {body.name!r}", part, boundary.parts, noun)
+        _known_part(f"{key}: {in_body(body.name)}".removesuffix(": "), part, boundary.parts, noun)
         if part in taken:
             raise InputError(
-                f"{key}: {part!r} of body {body.name!r} has a boundary condition already"
+                f"{key}: {part!r} of {the_body(body.name)} has a boundary condition already"
             )
     _check_changes(problem, number, boundary, [(side, part) for side, _, part in ends])
     if problem.is_flat:
@@ -137,10 +137,11 @@ def _check_changes(
         if change.body == body.name or not (change.body or number)
     ]
     for key, part in changes:
-        _known_part(f"{key}: body {body.name!r}", part, boundary.parts)
+        _known_part(f"{key}: {in_body(body.name)}".removesuffix(": "), part, boundary.parts)
         if part in touching:
             raise InputError(
-                f"{key}: {part!r} of body {body.name!r} is in contact, and cannot be held or loaded"
+                f"{key}: {part!r} of {the_body(body.name)} is in contact, and cannot be held or "
+                "loaded"
             )
 
 

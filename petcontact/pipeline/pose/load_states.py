@@ -20,7 +20,7 @@ from ...bem.boundary_data import (
 )
 from ...compliance.interface import directions_looked_for
 from ...compliance.reduced_bodies import Interface
-from ...errors import InputError
+from ...errors import InputError, in_body
 from ...fields.interior import InteriorField
 from ...geometry.condensed_surface import CondensedSurface
 from ...geometry.rotation import lifted
@@ -75,7 +75,7 @@ def _values(
         for part, condition in of_step.items():
             nodes = mesh.nodes_of(part)
             if part not in cache or cache[part][0] is not condition:
-                cache[part] = condition, _nodal_values(condition, mesh, f"body {body.name!r}")
+                cache[part] = condition, _nodal_values(condition, mesh, in_body(body.name))
             before = np.array(getattr(condition, "onward", 0.0)) * value[s - 1, nodes]
             value[s, nodes] = before + cache[part][1]
     return value
@@ -112,13 +112,13 @@ def _components(
     traction_known = np.ones((n, d), dtype=bool)
     for part, condition in body.conditions[step - 1].items():
         if isinstance(condition, Displacement):
-            check_components(f"body {body.name!r}: {part}.value", condition.value, d)
+            check_components(f"{in_body(body.name)}{part}.value", condition.value, d)
             traction_known[mesh.nodes_of(part)] = condition.free
         elif isinstance(condition, Symmetry):
             nodes = mesh.nodes_of(part)
             if np.ptp(mesh.normal[nodes], axis=0).max() > WRITTEN:
                 raise InputError(
-                    f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a "
+                    f"{in_body(body.name)}{part}.condition: symmetry needs a straight side or a "
                     "plane face"
                 )
             frame[nodes], axes = contact_frames(mesh, nodes)
@@ -145,7 +145,7 @@ def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
             field = InteriorField(mesh, nothing, nothing, body.material).at(points, outside=np.nan)
         for k in np.flatnonzero(np.isnan(field[0]).any(axis=(1, 2)))[:1]:
             raise InputError(
-                f"body {body.name!r}: point_force[{k}].at: {points[k].tolist()} does not lie "
+                f"{in_body(body.name)}point_force[{k}].at: {points[k].tolist()} does not lie "
                 f"inside the body"
             )
     return points
@@ -261,7 +261,7 @@ def _nodal_values(condition: Condition, mesh: BoundaryMesh, name: str) -> Array:
     normal = lifted(mesh.normal[nodes], mesh.components)
     for term in condition.terms:
         if not term.is_pressure:
-            check_components(f"{name}: {condition.part}.value", term.data, mesh.components)
+            check_components(f"{name}{condition.part}.value", term.data, mesh.components)
         nodal = term.at(mesh.sites(nodes), normal)
         samples = samples_of_term(term, mesh, condition.part)
         if samples is not None:

@@ -8,6 +8,7 @@ from ...arrays import Array
 from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
 from ...contact.state import ContactState
+from ...errors import the_body
 from ...results.report import Finding
 from ...round_off import WRITTEN
 from ..judge.findings import new_finding
@@ -112,7 +113,7 @@ def _named(increment: Increment, loose: Array) -> str:
     problem, share = increment.problem, np.linalg.norm(loose, axis=0)
     posed, owners = problem.discrete.posed, list[str]()
     for body, eliminated in zip(posed.bodies, problem.system.bodies, strict=True):
-        owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
+        owners += [the_body(body.name)] * eliminated.modes.shape[2]
     for mover, motion in zip(problem.movers, increment.obstacles, strict=True):
         owners += [mover] * int(motion.free.sum())
     names = list(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...model.problem import ONE_BODY
+from ...errors import ONE_BODY
 from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..numbers.number import Number

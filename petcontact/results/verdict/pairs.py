@@ -12,9 +12,9 @@ import numpy as np
 
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
+from ...errors import ONE_BODY
 from ...given.interface_data import Law, PosedInterface
 from ...model.description import value_text
-from ...model.problem import ONE_BODY
 from ...round_off import WRITTEN
 from ...runtime.terminal import printable
 from ..numbers.number import ENERGY, Number

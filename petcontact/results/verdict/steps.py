@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...model.problem import ONE_BODY
+from ...errors import ONE_BODY
 from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..numbers.number import DISPLACEMENT, Number

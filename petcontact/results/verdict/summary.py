@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...model.problem import ONE_BODY
+from ...errors import ONE_BODY
 from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..data import SolutionData

@@ -18,6 +18,7 @@ from typing import Any
 from ... import __version__
 from ...errors import InputError
 from ...given.tables.base import regular_file
+from ...model.case import names_file
 from .sweep import Sweep
 
 HARMLESS = (
@@ -128,13 +129,12 @@ def identify(
 
 
 def named_files(data: Any, folder: Path) -> Iterator[tuple[str, Path]]:
-    """Files that plain data name, as they are given and where they are: `file` relative to the
-    problem's folder, `start` of a method relative to where the program runs."""
+    """Files that plain data name, as they are given and where they are, relative to the problem's
+    folder."""
     if isinstance(data, Mapping):
         for key, value in data.items():
-            last = key.rsplit(".", 1)[-1]
-            if last in ("file", "start") and isinstance(value, str):
-                yield value, folder / value if last == "file" else Path(re.sub(r":\d+$", "", value))
+            if names_file(key, value):
+                yield value, folder / re.sub(r":\d+$", "", value)
             else:
                 yield from named_files(value, folder)
     elif isinstance(data, (list, tuple)):

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...given.tables.base import parse
-from ...model.case import parse_problem
+from ...model.case import files_in, parse_problem
 from ...model.problem import Problem
 from ...record import record
 from .axes import full_key, make_axes, value_word
@@ -91,7 +91,8 @@ class Sweep:
         base, varied = self._entries(place)
         source = f"{self.source}: {self.ids[place]}"
         data = copy.deepcopy(base.data)
-        return parse_problem(data, source, {**base.fixed, **varied}, base.folder)
+        given = files_in({**base.fixed, **varied}, base.folder)
+        return parse_problem(data, source, given, base.folder)
 
     @functools.cached_property
     def ids(self) -> list[str]:
