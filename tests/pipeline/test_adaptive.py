@@ -88,8 +88,11 @@ def test_a_mesh_that_is_too_large_leaves_the_one_before(comm, monkeypatch):
         return solved(*words)
 
     monkeypatch.setattr(LevelSolver, "solved", limited)
-    solution = adapt(example(1, **NEWTON), 2e-4, comm=comm)
-    assert solution.reason.endswith("mesh: too large (on the mesh after the last)")
+    for method in (NEWTON, {}):  # a method of one's own solves that mesh, too
+        made.clear()
+        solution = adapt(example(1, **method), 2e-4, comm=comm)
+        assert solution.reason.endswith("mesh: too large (on the mesh after the last)")
+        assert solution.provenance.method == solution.problem.method.resolved_name
 
 
 def test_a_method_is_compared_on_the_path_that_it_takes(comm):

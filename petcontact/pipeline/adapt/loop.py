@@ -314,10 +314,12 @@ def _adapted(
         or method is not None
         or problem.method.resolved_name != "semismooth-newton"
     )
-    trouble, estimate = work.trouble, work.estimate
-    if own and not trouble and solution.status == "converged" and estimate is not None:
-        last = replace(estimate.tried.discrete, problem=problem)
-        prepared = prepare(problem, comm, last, method=method, rule=rule)
+    estimate, broken_off = work.estimate, work.broken_off
+    if own and not broken_off and solution.converged and estimate is not None:
+        last = estimate.tried.discrete  # its operators have the tolerance that was found there
+        changes = {"method": problem.method, "step": problem.step}
+        last = replace(last, problem=last.problem.model_copy(update=changes))
+        prepared = prepare(last.problem, comm, last, method=method, rule=rule)
         exact = solution
         try:
             solution = run(prepared, monitor=callbacks[0])
@@ -325,7 +327,7 @@ def _adapted(
             prepared.close()
         if solution.converged:
             work.left = apart_on_one_mesh(exact, solution)
-    if trouble and math.isinf(work.error) and not work.broken_off:
+    if work.trouble and math.isinf(work.error) and not broken_off:
         # there is one mesh only: estimate as on a mesh that the user fixed
         solution = with_estimate(solution, comm, law)
     return _finished(work, replace(solution, problem=problem), time.perf_counter() - began)
