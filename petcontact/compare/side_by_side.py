@@ -137,7 +137,7 @@ def compare(
     Raises
     ------
     InputError
-        If the ranks are called with different values.
+        If the ranks are called with different values, or a case has no contact.
     RanksError
         If another rank fails, or does not begin within 60 s (PETCONTACT_PATIENCE).
     """
@@ -160,6 +160,8 @@ def _compared(
 ) -> list[Trial]:
     followed = rhos[len(rhos) // 2]
     rows = []
+    if idle := [label for label, case in cases if not case.interfaces]:
+        raise InputError(f"{idle[0]}: nothing is in contact, and methods differ in contact only")
     for label, case in cases:
         prepared = prepare(case, comm, cases=len(contenders or CONTENDERS) * len(rhos))
         try:

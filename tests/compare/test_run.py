@@ -10,7 +10,7 @@ import forked
 import pytest
 from examples import example
 
-from petcontact import Contact, InputError, MeshOptions
+from petcontact import Contact, Displacement, InputError, MeshOptions
 from petcontact.commands.options import positives
 from petcontact.compare.side_by_side import CONTENDERS, compare
 
@@ -35,6 +35,9 @@ def test_methods_for_other_problems_are_left_out_unless_they_are_asked_for(comm)
     assert {row.contender for row in rows} == set(CONTENDERS) - {"tao"}
     with pytest.raises(InputError, match="tao solves bilateral"):
         compare([("a", case)], contenders=["tao"], comm=comm)
+    held = [Displacement(c.part, (0.0, 0.0)) if c.part == "bottom" else c for c in case.boundary]
+    with pytest.raises(InputError, match="a: nothing is in contact"):
+        compare([("a", case.model_copy(update={"boundary": held}))], comm=comm)
 
 
 def test_command(tmp_path):
