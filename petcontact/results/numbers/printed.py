@@ -209,19 +209,21 @@ class _OfStep:
         """Yield the forces and moments on the parts that supports hold."""
         for body in self._solution.problem.body:
             mesh, result = self._solution.meshes[body.name], self._step.bodies[body.name]
-            acting, far = float(mesh.weight @ np.abs(result.traction).max(axis=1)), np.abs(mesh.x)
+            acting = float(mesh.weight @ np.abs(result.traction).max(axis=1))
             # a rigid motion leaves round-off of E times displacement over the size of the body
-            strain = float(np.abs(result.u).max() / np.ptp(mesh.x, axis=0).max())
-            rough = max(acting, body.material.young_modulus * strain * float(mesh.weight.sum()))
+            rough = float(np.abs(result.u).max() / np.ptp(mesh.x, axis=0).max())
+            rough *= body.material.young_modulus * float(mesh.weight.sum())
             for part in (c.part for c in body.boundary if c.condition in HELD):
                 rows = mesh.nodes_of(part)
                 held = {"force": (mesh.weight[rows] @ result.traction[rows], 1.0)}
                 if mesh.components > mesh.dim:
-                    held["moment"] = np.asarray(result.moment_on(mesh, part)), float(far.max())
+                    far = float(np.abs(mesh.x).max())
+                    held["moment"] = np.asarray(result.moment_on(mesh, part)), far
                 for unit, (value, arm) in held.items():
-                    name = f"{unit} on {part}"
-                    number = self._number(name, body.name, value, unit, rough * arm)
-                    yield replace(number, scale=acting * arm)
+                    one = self._number(
+                        f"{unit} on {part}", body.name, value, unit, max(acting, rough) * arm
+                    )
+                    yield replace(one, scale=acting * arm)
 
 
 def resultant(pair: PairResult) -> tuple[float, float]:
