@@ -231,7 +231,10 @@ def test_a_byte_order_mark_is_no_key(tmp_path):
         ("material='steel'", "a material is its numbers"),
         ("material.name='steel'", "valid keys: density, plane, poisson_ratio"),
         ("method='projection'", 'write method.name = "projection"'),
-        ("contact=[{name='a', secondary='top', primary='b', preload='locked'}]", "[[step.contact]]"),
+        (
+            "contact=[{name='a', secondary='top', primary='b', preload='locked'}]",
+            "[[step.contact]]",
+        ),
         ("boundary.0.gap={points='no.csv'}", "(No such file or directory), got"),
         ("step=[{name='a'}, {name='b'}]", "step[1]: changes nothing"),
         ("units='mm, N'", "as { length = ..., stress = ... }"),

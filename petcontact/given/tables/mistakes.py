@@ -81,10 +81,11 @@ def _meant(mistake: Any, message: str, table: str, cls: type) -> str:
     given, loc = mistake["input"], list(mistake["loc"])
     if message == "must be a table":
         keys = [key for model in models_at(cls, loc) for key in model.model_fields]
-        if isinstance(given, str) and isinstance(loc[-1], str) and "name" in keys:
-            return f'; write {table}.name = "{given}"'
+        named = "name" in keys and isinstance(given, str) and isinstance(loc[-1], str)
         filled = f"{{ {', '.join(f'{key} = ...' for key in keys[:SHOWN])} }}"
-        filled = nearest(given, []) or f"; as {filled}"
+        filled = (
+            f'; write {table}.name = "{given}"' if named else nearest(given, []) or f"; as {filled}"
+        )
         return f"; in single brackets, [{table}]" if isinstance(given, list) else filled
     if message == "must be an array":
         models = [m for m in models_at(cls, loc[:-1]) if loc[-1] in m.model_fields]
@@ -99,8 +100,7 @@ def _meant(mistake: Any, message: str, table: str, cls: type) -> str:
 
 def _not_this_text(given: str, message: str) -> str:
     """What a text in the place of a number most often means."""
-    refused = number_refused(given) if "number" in message else ""
-    words = nearest(given, [])
+    refused, words = number_refused(given) * ("number" in message), nearest(given, [])
     if not refused and not words and message == "must be a number" and given.isidentifier():
         refused = f"[variables] has no {given}"
     return f"; {refused}" if refused and refused not in message else words

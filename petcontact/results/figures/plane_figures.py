@@ -168,12 +168,14 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
 
     On fixed ground the slip is the tangential displacement.
     """
-
-    def slip(pair: PairResult) -> Array:
-        return np.where(pair.state[:, None] == OPEN, np.nan, pair.slip)
-
     for axes, name, _ in _panels(figure, solution, "tangential displacement", "length"):
-        _draw_ends(axes, solution, name, slip, "$u_t$")
+        _draw_ends(
+            axes,
+            solution,
+            name,
+            lambda pair: np.where(pair.state[:, None] == OPEN, np.nan, pair.slip),
+            "$u_t$",
+        )
         axes.axhline(0.0, color="0.5", lw=0.6)
 
 
