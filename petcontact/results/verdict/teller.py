@@ -104,7 +104,6 @@ class Teller:
         return f"{parts[0][0]:.0f} %" if exact else told(share, "%", self.some)
 
 
-
 def label(step: StepResult) -> str:
     """The number and the name of a step, and its cycle."""
     cycle = f", cycle {step.cycle}" if step.cycle else ""
