@@ -348,12 +348,6 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     ValueError
         One line that names the key, which starts with that of the step.
     """
-    if key != "step[0]" and not (
-        step.boundary or step.obstacle or step.contact or step.point_force or step.loads
-    ):
-        raise InputError(
-            f"{key}: changes nothing; give it a [[step.boundary]], ... or leave it out"
-        )
     changed = list[tuple[str, str, str]]()
     for k, change in enumerate(step.boundary):
         place = f"{key}.boundary[{k}]"

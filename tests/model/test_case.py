@@ -236,7 +236,6 @@ def test_a_byte_order_mark_is_no_key(tmp_path):
             "[[step.contact]]",
         ),
         ("boundary.0.gap={points='no.csv'}", "(No such file or directory), got"),
-        ("step=[{name='a'}, {name='b'}]", "step[1]: changes nothing"),
         ("units='mm, N'", "as { length = ..., stress = ... }"),
         ("boundary.1.value=[[0.0, 0.0]]", "in single brackets: [0.0, 0.0]"),
         ("boundary.1.part=['top', 'left']", "one text, with a table for each"),
