@@ -83,6 +83,12 @@ class Expansion:
     theta: float = 0.0
 
     @property
+    def least(self) -> float:
+        """The least exponent, where stress grows, modes or not; else 1."""
+        every = (*(each.exponent for each in self.modes), *self.regular)
+        return min((each.real for each in every if each.real < 1.0 - NEAR), default=1.0)
+
+    @property
     def components(self) -> int:
         """Number of components of the displacement: 2 in the plane, 1 across it."""
         return 1 if math.isnan(self.kappa) else 2

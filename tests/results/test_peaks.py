@@ -17,7 +17,8 @@ def test_under_a_cylinder_the_largest_von_mises_stress_lies_inside():
     """Johnson, Contact Mechanics, 4.2: at a depth of 0.70 half widths; the value is that of a grid."""
     solution = solve("configs/hertz.toml")
     pair = next(iter(solution.pairs.values()))
-    inside, surface = (each for each in stress_peaks(solution) if each.name.startswith("von Mises"))
+    peaks = [each for each in stress_peaks(solution) if each.name.startswith("von Mises")]
+    inside, surface = (each for each in peaks if not np.isinf(each.error))
     half = 0.5 * pair.area
     assert -inside.place[1] == pytest.approx(0.70 * half, rel=0.05)
     x, y = np.meshgrid(np.linspace(-0.3, 0.3, 13) * half, np.linspace(-1.1, -0.4, 29) * half)

@@ -223,10 +223,10 @@ def kinked(mesh):
     return solid("bar", corners, *ends, mesh=mesh)
 
 
-@pytest.mark.parametrize(("body", "count"), [(hole, 4), (clamped, 1), (kinked, 0)])
+@pytest.mark.parametrize(("body", "count"), [(hole, 8), (clamped, 4), (kinked, 0)])
 def test_places_without_a_bound_are_the_same_on_every_mesh(body, count):
-    """And so is where stress is told to have none: at four corners of the hole it is small, and at
-    the kink it is a value."""
+    """And so is where stress is told to have none, also where it is small; at the kink it is a
+    value."""
     listed = []
     for size, order in ((0.1, 2), (0.05, 1)):
         solution = solve(problem(body=[body({"element_size": size, "order": order})]))

@@ -2,9 +2,8 @@
 
 Stress is sampled on the boundary, below every contact and all over the body. The largest that has a
 bound is the largest of those samples that are tops: no sample within half its distance from the
-next place without a bound is larger. It is climbed to its top. At a place without a bound whose
-K r^(λ-1) exceeds that at the place's stated distance, stress is told at this distance; other places
-only hide what is nearer to them than where K r^(λ-1) is as large as what is elsewhere.
+next place without a bound is larger. It is climbed to its top. Beside a place without a bound
+stress is told at the place's stated distance, unless it is known that K r^(λ-1) adds nothing there.
 """
 
 from __future__ import annotations
@@ -44,6 +43,9 @@ def stress_peaks(solution: Evaluated, ends: Sequence[StepResult] | None = None) 
     with np.errstate(all="ignore"):
         ends = step_ends(solution.steps or solution.tried) if ends is None else ends
         samples = [Samples(solution, body, step) for step in ends for body in solution.meshes]
+        bounds = [float(top.value[0]) for top in _tops(samples, "von_mises") if top]
+        for some in samples:
+            some.settle(max(bounds, default=0.0))
         return [number for name in QUANTITIES for number in _largest(samples, name)]
 
 
@@ -69,34 +71,24 @@ def stress_name(number: Number) -> str:
 def _largest(samples: Sequence[Samples], name: str) -> list[Number]:
     """Return the largest of one stress over bodies and steps."""
     key = QUANTITIES[name]
-    for some in samples:
-        some.hide_all()
-    first = _tops(samples, key)
-    bound = max((float(top.value[0]) for top in first if top), default=0.0)
-    endless = [(*each, some) for some in samples for each in some.settle(key, bound)]
+    endless = [(*each, some) for some in samples for each in some.endless(key)]
     tops = _tops(samples, key)
+    # it may have a bound where no K is known
+    doubt = max(some.doubt(key) for some in samples)
     named = [
-        replace(top, name=f"{name} stress {where}", alone=max(top.alone, FINEST**2 * top.size))
+        replace(
+            top,
+            name=f"{name} stress {where}",
+            alone=max(top.alone, FINEST**2 * top.size, doubt - float(top.value[0])),
+        )
         for top, where in zip(reversed(tops), ("inside", "on the surface"), strict=True)
         if top is not None
     ]
     endless.sort(key=lambda each: -each[0])
-    highest = max((float(top.value[0]) for top in named), default=-np.inf)
-    beside = _beside(_hiding(samples, key, highest, endless), name)
+    beside = _beside(endless, name)
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
     return [*named, *_without_bound(name, endless)]
-
-
-def _hiding(
-    samples: Sequence[Samples], key: str, above: float, endless: Sequence[Told]
-) -> list[Told]:
-    """Places beside which a stress is told, the largest there first: those that have no bound, and
-    those that hide more than is told elsewhere."""
-    unbounded = {place for _, place, _ in endless}
-    rings = [(*each, some) for some in samples for each in some.rings(key)]
-    told = [each for each in rings if each[0] > above or each[1] in unbounded]
-    return sorted(told, key=lambda each: -each[0])
 
 
 def _beside(at: Sequence[Told], name: str) -> list[Number]:

@@ -20,7 +20,7 @@ from ...round_off import EPS, SINGLE, SOLVED, first_largest
 from ..contact_zones import areas, between_nodes, hidden_slip
 from ..evaluated import NOWHERE, Evaluated
 from ..records import PairResult, StepResult
-from ..strength.singular_places import singular_places
+from ..strength.singular_places import growth, singular_places
 from ..strength.strengths import beside, fits
 from .number import DISPLACEMENT, ENERGY, Number
 from .peaks import stress_peaks
@@ -153,6 +153,8 @@ class _OfStep:
         kept = values if near.endless is not None else np.where(near.hidden, 0.0, values)
         top, place, _ = maximum(mesh, nodes, kept, bound)
         if near.endless is None or not top > 0.0:
+            at = self._solution.sides[of][0], place
+            alone = max(alone, top * growth(self._solution, self._step, *at))
             return self._number(word, of, top, "stress", place=place, alone=alone)
         return self._number(word, of, top, "stress", place=near.endless, error=np.inf, alone=alone)
 

@@ -8,17 +8,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask, shown
+from ...arrays import Array, Mask, shown
 from ...fields.boundary.places import all_at, located, sizes, widths
 from ...fields.stress_state import StressState
 from ...round_off import SUMMED, first_largest
 from ..evaluated import Evaluated
 from ..records import StepResult
 from ..strength.place import Place
-from ..strength.singular_places import singular_places
+from ..strength.singular_places import growth, singular_places
 from ..strength.strengths import (
+    ADDS,
     AROUND,
-    SMOOTH,
+    RING,
     end_size,
     in_doubt,
     known,
@@ -32,6 +33,8 @@ from .peak_places import places_inside
 NOTHING = 1e-6
 """Stress, over the largest component in the body, that is none: ten times the defect up to which
 the boundary integral equations are taken for solved."""
+SMALLER = 0.8
+"""Size of an element over that on the mesh before, up to which it is refined [-]."""
 CLIMBS, FINEST, GRID = 20, 1e-3, 25
 """Most steps of a climb, each to the best of a grid, which is as wide as the places of the one
 before are apart, or twice as wide where the way leads on; it ends with a grid of this share of the
@@ -47,8 +50,6 @@ SHALLOW = 0.5
 of the surface: displacements jump from element to element, and the stress that a jump makes falls
 like 1/r. Below the edge of a pressure of 100 on a bolted plate the first principal one was 390, 88,
 40 and 6 at 0.02, 0.1, 0.2 and 0.5, and 19 is the largest on the surface."""
-SMALLER = 0.8
-"""Size of an element over that on the mesh before, up to which it is refined [-]."""
 TRIED = 8
 """Samples that are climbed from, the largest first, until one leads to a top."""
 ROUND = 25
@@ -65,8 +66,9 @@ class Samples:
         self._near = dict[Hashable, StressState]()
         self._rings = dict[tuple[str, Place], float]()
         self._found = dict[str, Array]()
-        self.hide_all()
         mesh = self._fields.mesh
+        self._doubted = list[Place]()
+        self._reach = {each: max(each.distance, end_size(mesh, each)) for each in self.places}
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
         inside = inside[~self._too_near(inside)]
@@ -90,72 +92,49 @@ class Samples:
         """Whether stress inside the body is known."""
         return self._fields.known
 
-    def hide_all(self) -> None:
-        """Leave out what is nearer to any place than where the stress beside it is told, or in
-        elements that end there."""
-        mesh = self._fields.mesh
-        self._reach = {each: max(each.distance, end_size(mesh, each)) for each in self.places}
+    def settle(self, bound: float) -> None:
+        """Find the places where stress has no bound, beside the largest von Mises stress elsewhere.
 
-    def settle(self, key: str, bound: float) -> list[tuple[float, Place]]:
-        """Find the places where a stress has no bound, beside one that has: that stress at their
-        distances, and the places. Others leave out less."""
-        values, endless = self._values(key)[: len(self._element)], list[tuple[float, Place]]()
-        bound = max(bound, self._least)
+        These leave out what is nearer than where the stress beside them is told, or in elements
+        that end there; others nothing: of these it is known that no more than `ADDS` grows."""
         for place in self.places:
             own = known(self._solution, self._step, place)
-            stress = told_at(own, key)
-            elsewhere = max(bound, self._ring(key, place) - stress)
-            # beside a stress without a bound others are not resolved
-            sizes_of = [(fit, fit.amplitude("von_mises")) for fit in own]
-            hidden = [fit.hides(self._fields.mesh, size, elsewhere) for fit, size in sizes_of]
-            ends = stress > elsewhere
-            # a K of a few elements that may be 0 may be made by a smooth stress
-            doubt = any(hidden) and in_doubt(own)
-            if doubt and not self._grows(key, place, min(fit.power for fit in own)):
-                ends, hidden = False, [0.0]
-            if not own:  # no more is known than what lies next to it
-                near = np.isin(self._element, place.elements)
-                stress = float(values[near].max(initial=0.0)) if near.any() else np.inf
-                # without modes it grows like a logarithm, or a force acts there
-                ends, hidden = stress > bound or not place.expansions, [self._reach[place]]
-            if ends:
-                endless.append((stress, place))
-            self._reach[place] = max(hidden)
-        return endless
+            if not own or len(own) < sum(len(each.modes) for each in place.expansions):
+                continue
+            ring = self._ring("von_mises", place) - told_at(own, "von_mises")
+            gained = self._gained(place, min(fit.power for fit in own))
+            if min(sum(fit.most for fit in own), gained) <= ADDS * max(bound, self._least, ring):
+                del self._reach[place]
+            elif in_doubt(own):
+                self._doubted.append(place)
 
-    def _grows(self, key: str, place: Place, power: float) -> bool:
-        """Whether stress grows towards a place: from the ring about it more than smooth ones do,
-        or from mesh to mesh."""
+    def _gained(self, place: Place, power: float) -> float:
+        """What may grow towards a place like r to a power, at its distance, by how much more stress
+        is in the elements that end there than on the mesh before: where these are half as large it
+        is 2^-power times as large. Where they are no smaller it is not known."""
         rows = np.flatnonzero(np.isin(self._element, place.elements))
-        if not len(rows):
-            return True
-        now, reaches = self._values(key)[rows], end_size(self._fields.mesh, place) > place.distance
-        rises = float(now.max()) > SMOOTH * self._ring(key, place)
-        return (rises and not reaches) or self._changes(key, rows, now, power)
-
-    def _changes(self, key: str, rows: Index, now: Array, power: float) -> bool:
-        """Whether stress (n,) at samples of the elements that end at a place changes as what grows
-        like r to a power does.
-
-        That changes by 2^-power - 1 where elements are twice as large, as they are on the mesh
-        before; half of it counts. Where elements are no smaller than there it is not known.
-        """
         coarser, at = self._solution.coarser, (self._step.step, self._step.cycle)
         ends = [each for each in coarser.steps if (each.step, each.cycle) == at] if coarser else []
-        if coarser is None or not ends:
-            return True
+        if coarser is None or not ends or not len(rows):
+            return np.inf
         mesh, other = self._fields.mesh, coarser.meshes[self.body]
         element, there = located(other, self._x[rows], within=sizes(other))
         size = sizes(mesh)[self._element[rows]]
         if (element < 0).any() or (size > SMALLER * sizes(other)[element]).any():
-            return True
-        before = getattr(coarser.body_fields(self.body, ends[-1]).on_boundary(element, there), key)
-        least = 0.5 * (2.0**-power - 1.0) * float(np.abs(now).max())
-        return bool(np.abs(now - before).max() > least)
+            return np.inf
+        state = coarser.body_fields(self.body, ends[-1]).on_boundary(element, there)
+        gain = float(np.abs(self._values("von_mises")[rows] - state.von_mises).max())
+        return float(gain * (place.distance / size.max()) ** power / (2.0**-power - 1.0))
 
-    def rings(self, key: str) -> list[tuple[float, Place]]:
-        """Return the largest stress at samples about each place, off where it is told."""
-        return [(self._ring(key, place), place) for place in self.places]
+    def doubt(self, key: str) -> float:
+        """Return the largest stress at samples that places leave out whose K may be 0."""
+        near = [place.away(self._x) < self._reach[place] for place in self._doubted]
+        values = np.where(np.any(near, axis=0), self._values(key), -np.inf) if near else -np.inf
+        return float(np.max(values))
+
+    def endless(self, key: str) -> list[tuple[float, Place]]:
+        """Return the largest stress at samples about each place without a bound, and the place."""
+        return [(self._ring(key, place), place) for place in self._reach]
 
     def _ring(self, key: str, place: Place) -> float:
         """The largest stress at samples about a place, looked for once."""
@@ -194,39 +173,45 @@ class Samples:
         return float(values[k]), state.x[k], *ends
 
     def beside(self, name: str, key: str, place: Place) -> Number:
-        """Return the largest stress at the distance of a place without a bound."""
+        """Return the largest stress at the distance of a place without a bound, or at a top up to
+        twice as far away."""
         best, x, low, high = self.largest_on_arc(key, place)
         closer = self.largest_on_arc(key, place, low, high)
         best, x = max((best, x), closer[:2], key=lambda each: each[0])
-        mesh, end = self._fields.mesh, (self._step.step, self._step.cycle)
-        element = int(located(mesh, x[None])[0][0])
-        part = mesh.part_names[mesh.part[element]] if element >= 0 else ""
-        value = np.array([max(best, 0.0)])
-        return Number(
-            f"{name} beside {place.sides}",
-            self.body,
-            *end,
-            value,
-            "stress",
-            alone=FINEST * best,
-            place=x,
-            part=part,
+        element = int(located(self._fields.mesh, x[None])[0][0])
+        largest = self._number(key, x, max(best, 0.0), element)
+        near = place.away(self._x) < RING * place.distance
+        values = np.where(near & ~self._leaves_out(self._x, 1.0), self._values(key), -np.inf)
+        if values.max() > best:
+            largest = self.top(key, self._sample(key, first_largest(values)), best) or largest
+        return replace(
+            largest,
+            name=f"{name} beside {place.sides}",
+            alone=max(largest.alone, FINEST * best),
             beside=place.x,
         )
 
+    def _number(self, key: str, x: Array, value: float, element: int) -> Number:
+        """A stress at a point of an element, -1 inside; it has no name yet."""
+        mesh, end = self._fields.mesh, (self._step.step, self._step.cycle)
+        part = mesh.part_names[mesh.part[element]] if element >= 0 else ""
+        return Number("", self.body, *end, np.array([value]), "stress", place=x, part=part)
+
+    def _sample(self, key: str, k: int) -> Number:
+        """The stress at a sample."""
+        element = int(self._element[k]) if k < len(self._element) else -1
+        return self._number(key, self._x[k], float(self._values(key)[k]), element)
+
     def peaks(self, key: str, inside: bool) -> Iterator[Number]:
-        """Yield the largest samples that are tops, on the boundary or inside; they have no names
-        yet."""
-        values, count, mesh = self._values(key), len(self._element), self._fields.mesh
+        """Yield the largest samples that are tops, on the boundary or inside, up to twice as far
+        from places without a bound as stress is told beside them."""
+        values, count = self._values(key), len(self._element)
         # inside nothing is larger, on the surface nothing on it
         seen = len(values) if inside else count
-        usable = np.isfinite(values) & ~self._near_unbounded(self._x)
+        usable = np.isfinite(values) & ~self._leaves_out(self._x, RING)
         usable[:count] &= not inside
         rows = tops(self._x[:seen], values[:seen], self._away[:seen], usable[:seen])
-        for k in itertools.islice(rows, TRIED):
-            part = "" if inside else mesh.part_names[mesh.part[self._element[k]]]
-            end = self._step.step, self._step.cycle, values[k : k + 1], "stress"
-            yield Number("", self.body, *end, place=self._x[k], part=part)
+        yield from (self._sample(key, k) for k in itertools.islice(rows, TRIED))
 
     def top(self, key: str, peak: Number, above: float) -> Number | None:
         """The top near a sample; None where it is not above a bound, or where the way up leads to a
@@ -247,8 +232,10 @@ class Samples:
         reached = self._climbed(key, value, place, peak.part, step, above)
         if reached is None or reached[0] <= above:
             return None
-        apart = self._apart(key, reached[1], peak.part)
-        return replace(peak, value=np.array([reached[0]]), place=reached[1], alone=apart)
+        best, x = reached
+        grown = best * growth(self._solution, self._step, self.body, x)
+        alone = max(self._apart(key, x, peak.part), grown)
+        return replace(peak, value=np.array([best]), place=x, alone=alone)
 
     def _apart(self, key: str, place: Array, part: str) -> float:
         """How far elements of the surface that meet at a place differ there, which no refinement
@@ -273,7 +260,7 @@ class Samples:
             if values[k] > value + FINEST**2 * abs(value):
                 if np.linalg.norm(x[k] - start) > AWAY * first:
                     return None
-                if self._near_unbounded(x[k : k + 1])[0]:
+                if self._leaves_out(x[k : k + 1], 1.0)[0]:
                     return None
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
@@ -322,9 +309,13 @@ class Samples:
         reach = SHALLOW * widths(self._fields.mesh)
         return located(self._fields.mesh, x, within=reach)[0] >= 0
 
-    def _near_unbounded(self, x: Array) -> Mask:
-        """Which points (q, d) lie next to places without a bound."""
-        left_out = (place.away(x) < reach for place, reach in self._reach.items())
+    def _leaves_out(self, x: Array, times: float) -> Mask:
+        """Which points (q, d) lie nearer to places without a bound than some times the distance at
+        which stress is told, or next to elements that end there."""
+        left_out = (
+            place.away(x) < max(reach, times * place.distance)
+            for place, reach in self._reach.items()
+        )
         return np.asarray(np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
 
     def _values(self, key: str) -> Array:

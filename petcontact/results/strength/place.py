@@ -16,6 +16,11 @@ feature. It is a definition: stress falls from there without an end. The feature
 distance to the next corner or edge, or as the radius of a side that is an arc, if that is less."""
 
 
+TOLD = 1e-4
+"""Distance from a place with an exponent of nearly 1, over the size of its feature, at which stress
+is meant that is told as a value. It is a definition, as in `refinement.corner_modes.STRONG`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Place:
     """Where the stress of a body has no bound.
@@ -56,6 +61,17 @@ class Place:
     expansions: tuple[Expansion, ...] = ()
     pressed: bool = False
     core: float = 0.0
+
+    @property
+    def weak(self) -> bool:
+        """Whether stress grows so slowly that it is told as a value."""
+        return bool(self.expansions) and not any(each.modes for each in self.expansions)
+
+    def growth(self, sizes: Array) -> float:
+        """How much stress changes from elements at the place, of half lengths (n,) of all [length],
+        to where it is told as a value [-]."""
+        known = 2.0 * float(sizes[list(self.elements)].max()) / (TOLD * self.size)
+        return float(abs(known ** (1.0 - min(each.least for each in self.expansions)) - 1.0))
 
     @property
     def x(self) -> Array:

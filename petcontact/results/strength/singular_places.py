@@ -46,6 +46,7 @@ from .touching import (
     facing_nodes,
     firmness,
     kind_of,
+    nodes_beside,
     partner_of,
     pressed_at,
     shears_differ,
@@ -55,25 +56,26 @@ from .touching import (
 
 def singular_places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
     """Return the places of each body after an increment."""
-    return solution.at_end("singular", step, lambda: _places(solution, step))
+    return solution.at_end("singular", step, lambda: _places(solution, step))[0]
 
 
-def _places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
+def growth(solution: Evaluated, step: StepResult, body: str, x: Array) -> float:
+    """Return how much more a stress at a point (d,) may be at a place whose exponent is nearly 1:
+    what there is at `TOLD` of the feature counts, over what elements at the place know [-]."""
+    found = solution.at_end("singular", step, lambda: _places(solution, step))[1][body]
+    size = sizes(solution.meshes[body])
+    return max((each.growth(size) for each in found if each.leaves_out(x[None])[0]), default=0.0)
+
+
+def _places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place]], ...]:
+    """The places of each body, and those where stress is told as a value."""
     bodies = {name: _Body(solution, name, step) for name in solution.meshes}
-    places: dict[str, list[Place]] = {name: [] for name in bodies}
+    places = {name: list[Place]() for name in bodies}, {name: list[Place]() for name in bodies}
     for body in bodies.values():
         found = (body.at_corners(bodies), body.at_edges_of_gaps(), body.at_forces())
         for place in itertools.chain(*found):
-            places[place.body].append(place)
+            places[place.weak][place.body].append(place)
     return places
-
-
-def _nodes_beside(mesh: BoundaryMesh, x: Array, part: str, element: int, reach: float) -> Index:
-    """The nodes of a part that lie in an element, or nearer to a corner than some reach."""
-    nodes = mesh.nodes_of(part)
-    away = np.linalg.norm(mesh.x[nodes] - x, axis=1)
-    near = (mesh.element[nodes] == element) | (away < reach)
-    return np.asarray(nodes[near])
 
 
 class _Body:
@@ -214,6 +216,7 @@ class _Body:
             sides = corners.element[number]
             found = [own, *self._across(number, angle, first, does)]
             expansions = tuple(each for each in found if each.modes)
+            expansions = expansions or tuple(each for each in found if each.least < 1.0)
             if expansions or shears_differ(
                 mesh, self._step.bodies[self._name].traction, corners, number, does
             ):
@@ -230,7 +233,7 @@ class _Body:
                     isinstance(does[0], Touching) and not does[0].partner.bonded,
                     core_of(x, does),
                 )
-            if under is not None and own.modes:
+            if under is not None and own.least < 1.0:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
                 what = "the end of a part" if smooth else "a corner"
                 yield replace(under, sides=f"under {what} of {self._name}")
@@ -254,7 +257,7 @@ class _Body:
         x, element = corners.x[number], corners.element[number, side]
         part, reach = self._part_of(element), SHARE * self._sizes[number]
         nodes = mesh.once(
-            ("beside", number, side, reach), lambda: _nodes_beside(mesh, x, part, element, reach)
+            ("beside", number, side, reach), lambda: nodes_beside(mesh, x, part, element, reach)
         )
         touched = self._touched(nodes, along, across)
         if touched is not None:

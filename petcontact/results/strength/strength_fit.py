@@ -57,14 +57,15 @@ class _LeastSquares:
     right: Array
     lengths: Array
 
-    def solved(self, data: Array) -> Array:
+    def solved(self, data: Array) -> tuple[Array, Array]:
         """The unknowns (k,), without what data (n, 2, c) do not tell apart: singular values below
-        the share of the data that no unknowns explain."""
+        the share of the data that no unknowns explain; and the share of each that is not told."""
         data = (data * self.scale[:, None, None]).ravel()
         parts = self.left.T @ data
         unexplained = np.linalg.norm(data - self.left @ parts) / (np.linalg.norm(data) or 1.0)
         told = self.size > max(float(unexplained), HALF) * self.size[0]
-        return np.asarray(self.right[told].T @ (parts[told] / self.size[told]) / self.lengths)
+        unknowns = self.right[told].T @ (parts[told] / self.size[told]) / self.lengths
+        return unknowns, np.sqrt(np.sum(self.right[~told] ** 2, axis=0))
 
 
 def _on_sides(mesh: BoundaryMesh, place: Place, axes: Array) -> tuple[Index, Array, Array, float]:
@@ -120,25 +121,37 @@ class Sides:
         u, traction = self._at.along(fields.data)
         u = 2.0 * fields.body.material.shear_modulus * u
         self._data = np.stack([u, traction * self._at.r[:, None]], axis=1)
+        self._strained = self._data.copy()
+        self._strained[:, 0] -= u.sum(axis=0) / max(len(u), 1)
 
     def fit(
         self, expansion: Expansion, between: tuple[float, float] = (0.0, 1.0), alike: bool = False
-    ) -> list[float]:
-        """Return K of the modes of an expansion, by nodes between shares of the farthest; all that
-        are fitted count alike, or by what they are expected to be off."""
+    ) -> Array:
+        """Return K of the modes of an expansion, by nodes between shares of the farthest, how far
+        each may be off by what these do not tell apart, and by what no node tells, (3, k).
+
+        All nodes that are fitted count alike, or by what they are expected to be off. What a mode
+        is not told apart from is up to as large as all that is strained, over how much that mode
+        differs from a uniform stress between the nearest and the farthest node.
+        """
         fit = expansion, between, alike
         equations = self._mesh.once((*self._key, *fit), lambda: self._at.equations(*fit))
         if equations is None:
-            return [math.nan] * len(expansion.modes)
-        data = self._data[..., 2:]
+            return np.full((3, len(expansion.modes)), math.nan)
+        axes = slice(0, 2) if expansion.components == 2 else slice(2, None)
+        data = self._data[..., axes]
         if expansion.components == 2:
-            data = np.einsum("nij,nkj->nki", self._at.turn, self._data[..., :2])
-        parts = iter(equations.solved(data).tolist())
-        values = list[float]()
+            data = np.einsum("nij,nkj->nki", self._at.turn, data)
+        strained = np.linalg.norm(equations.scale[:, None, None] * self._strained[..., axes])
+        found, untold = equations.solved(data)
+        most = strained / equations.lengths
+        every = iter(np.stack([found, untold * most, most], axis=1))
+        values = list[Array]()
         for power in (mode.exponent for mode in expansion.modes):
-            value = next(parts) if power.imag == 0.0 else math.hypot(next(parts), next(parts))
+            value = next(every) if power.imag == 0.0 else np.hypot(next(every), next(every))
+            value[1:] /= 1.0 - self._at.range ** (1.0 - power.real)
             values.append(value * self._at.unit**-power.real)
-        return values
+        return np.reshape(values, (-1, 3)).T
 
 
 class _NodesBeside:
@@ -156,6 +169,7 @@ class _NodesBeside:
         self._axes = lifted(axes, max(mesh.components, mesh.dim))
         if mesh.components == 3:
             self._axes = np.vstack([self._axes, np.cross(*self._axes)])
+        self.range = float(self.r.min(initial=self.unit)) / self.unit
         self._weight = np.sqrt(mesh.measure[self._nodes] / self.r)
         self._followed = _followed(mesh, self._nodes, self.r)
         # around a ring equilibrium is not that of the plane

@@ -26,15 +26,15 @@ from .strength_fit import Sides
 NEARER, FARTHER = (0.0, 0.5), (0.1, 1.0)
 """Shares of the distance up to which nodes are fitted, between which those lie that say how certain
 K is."""
-MATTERS = 0.01
-"""Share of an element from its end up to which stress grows beyond what is elsewhere, for it to
-matter in the whole element: with λ = 0.7 it is a quarter of that in its middle."""
-SMOOTH = 1.25
-"""Stress at a place over that on the ring about it, up to which it is smooth: the ring ends at a
-tenth of the size of the feature, over which a quadratic field of that scale changes by a fifth."""
+ADDS = 0.01
+"""Share that what grows towards a place may add to the stress elsewhere, at the distance at which
+stress is told, for the place to have a bound: the error that solves have by default."""
 TOP, AROUND = 0.5, 5
 """Distance within which no value is larger than a top, over that from the next place without a
 bound, and how many of the nearest are no larger: the two on either side along a curve."""
+RING = 2.0
+"""Outer edge of the ring about a place, over the distance at which stress is told: what falls from
+the place has waves up to there, which are no maxima."""
 TOGETHER = 64
 """Points whose nearest are looked for at once: most often the first of all is a top."""
 CRACK = math.sqrt(2.0 * math.pi)
@@ -91,27 +91,12 @@ class Fit:
         of = self.expansion, self.mode, self.place.angle, self.across
         return abs(self.value) * _amplitude(*of, key, sign)
 
-    def reach(self, amplitude: float, elsewhere: float) -> float:
-        """The distance up to which stress with an amplitude exceeds what is elsewhere [length].
-
-        Beyond that at which it is told, stress has no bound.
-        """
-        if not amplitude > 0.0:
-            return 0.0
-        if not elsewhere > 0.0:
-            return math.inf
-        return float((amplitude / elsewhere) ** (-1.0 / self.power))
-
-    def hides(self, mesh: BoundaryMesh, size: float, elsewhere: float) -> float:
-        """The distance up to which a stress does not count where one with an amplitude grows
-        [length].
-
-        Up to there that is as much as what is elsewhere. Where it matters in the elements that end
-        at the place, these do not count, as polynomials do not grow like it.
-        """
-        reach = min(self.reach(size, elsewhere), self.place.distance)
-        own = end_size(mesh, self.place)
-        return max(reach, own) if reach > MATTERS * own else reach
+    @property
+    def most(self) -> float:
+        """The largest that the von Mises stress may be that grows, where stress is told."""
+        of = self.expansion, self.mode, self.place.angle, self.across
+        size = (abs(self.value) + self.spread) * self.place.distance**self.power
+        return float(size * _amplitude(*of, "von_mises", 1.0))
 
     @property
     def unit(self) -> float:
@@ -156,7 +141,7 @@ def fits(solution: Evaluated, step: StepResult) -> list[Fit]:
 
 
 def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
-    found = list[Fit]()
+    every = list[Fit]()
     materials = {each.name: each.material for each in solution.posed.bodies}
     for body, places in singular_places(solution, step).items():
         material = materials[body]
@@ -164,13 +149,13 @@ def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
         for place in (each for each in places if each.expansions):
             sides = Sides(solution.body_fields(body, step), place)
             for expansion in place.expansions:
-                values = sides.fit(expansion)
-                spreads = functools.cache(functools.partial(_spreads, sides, expansion, values))
-                found += _pressing(
-                    Fit(place, expansion, mode, values[k], across, spreads, k)
+                found = sides.fit(expansion)
+                spreads = functools.cache(functools.partial(_spreads, sides, expansion, found))
+                every += _pressing(
+                    Fit(place, expansion, mode, float(found[0, k]), across, spreads, k)
                     for k, mode in enumerate(expansion.modes)
                 )
-    return found
+    return every
 
 
 def _pressing(fits: Iterable[Fit]) -> list[Fit]:
@@ -180,12 +165,13 @@ def _pressing(fits: Iterable[Fit]) -> list[Fit]:
     return [replace(fit, value=math.nan) for fit in own] if pulls else own
 
 
-def _spreads(sides: Sides, expansion: Expansion, values: list[float]) -> list[float]:
-    """What K of each mode differs by from those of nearer and farther nodes, and of equal
-    weights."""
+def _spreads(sides: Sides, expansion: Expansion, found: Array) -> list[float]:
+    """What K of each mode differs by from those of nearer and farther nodes, and of equal weights,
+    or what its own nodes do not tell: anything, where half of them are too few."""
     others = sides.fit(expansion, NEARER), sides.fit(expansion, FARTHER)
-    every = np.array([*others, sides.fit(expansion, alike=True)])
-    return [float(each) for each in np.nan_to_num(np.abs(every - values)).max(axis=0)]
+    every = np.stack([each[0] for each in (*others, sides.fit(expansion, alike=True))])
+    apart = np.maximum(np.abs(every - found[0]).max(axis=0), found[1])
+    return [float(each) for each in np.where(np.isnan(apart), found[2], apart)]
 
 
 @record
@@ -195,7 +181,7 @@ class Beside:
     Attributes
     ----------
     hidden : (m,) array
-        Nodes that are nearer to a place than where K r^(λ-1) is as much as what is elsewhere.
+        Nodes that are nearer to a place than where stress is told, or in elements that end there.
     endless : (d,) array, optional
         The place at which the traction has no bound, that with the largest where there are several.
     """
@@ -246,9 +232,8 @@ def told_at(fits: Sequence[Fit], key: str) -> float:
 
 
 def level(r: Array, place: Place, values: Array) -> float:
-    """The largest of values (n,) at distances (n,) from a place of once to twice that at which
-    stress is told."""
-    ring = (r >= place.distance) & (r < 2.0 * place.distance)
+    """The largest of values (n,) at distances (n,) from a place on the ring about it."""
+    ring = (r >= place.distance) & (r < RING * place.distance)
     return float(values[ring].max(initial=0.0))
 
 
@@ -279,7 +264,8 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
         elsewhere = max(bound, level(r, place, values) - grows)
         if grows > elsewhere:
             endless.append((grows, place.x))
-        hidden |= _hidden(mesh, own, r, elsewhere)
+        most = max(told_at(own, "shear"), told_at(own, "pressure"))
+        hidden |= (r < max(place.distance, end_size(mesh, place))) & (most > ADDS * elsewhere)
     endless += _under_top(solution, step, [*away], of, np.where(hidden, 0.0, values))
     return Beside(hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1])
 
@@ -290,11 +276,10 @@ def _under_top(
     """Yield places at which the largest value (m,) lies, if there is no K: under an apex pressure
     grows like a logarithm. Where K may be 0 the value must be more than elsewhere."""
     element = solution.meshes[solution.sides[of][0]].element[solution.nodes[of]]
-    top, ends = first_largest(values), [number for place in places for number in place.elements]
-    rises = values[top] > SMOOTH * values[~np.isin(element, ends)].max(initial=0.0)
+    top = first_largest(values)
     for place in places:
         own = known(solution, step, place)
-        if element[top] in place.elements and (not own or (rises and in_doubt(own))):
+        if element[top] in place.elements and (not own or in_doubt(own)):
             yield 0.0, place.x
 
 
@@ -306,12 +291,3 @@ def _largest_top(mesh: BoundaryMesh, x: Array, values: Array, away: Mapping[Plac
     far = np.all([values < np.inf, *beyond], axis=0)
     top = next(tops(x, values, nearest, far), None)
     return 0.0 if top is None else float(values[top])
-
-
-def _hidden(mesh: BoundaryMesh, own: Sequence[Fit], r: Array, elsewhere: float) -> Mask:
-    """Which points at distances (n,) from a place are nearer than where a traction counts."""
-    hidden = np.zeros(len(r), dtype=bool)
-    for fit in own:
-        size = max(fit.amplitude("pressure"), fit.amplitude("shear"))
-        hidden |= r < fit.hides(mesh, size, elsewhere)
-    return hidden

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN, SLIP
 from ...geometry.rotation import lifted
 from ...given.interface_data import Law
@@ -25,9 +26,9 @@ LINE = 3
 MOST = 0.5
 """Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
 MISMATCH = 0.23
-"""Difference of two known shears at a right angle, over the root of the mean square of the body's
-tractions, from which on stress has no bound there. It adds as much as that traction at a thousandth
-of the size: (2/π) 0.23 log(1e3) = 1."""
+"""Difference of two known shears at a right angle, over the mean of the body's tractions, from
+which on stress has no bound there. It adds as much as that traction at a thousandth of the size:
+(2/π) 0.23 log(1e3) = 1. The mean has a bound where tractions have none."""
 
 
 @record
@@ -148,6 +149,14 @@ def touched(
     return Touching(partner, friction, normal, along, mesh.x[nodes[~slips]])
 
 
+def nodes_beside(mesh: BoundaryMesh, x: Array, part: str, element: int, reach: float) -> Index:
+    """The nodes of a part that lie in an element, or nearer to a corner than some reach."""
+    nodes = mesh.nodes_of(part)
+    away = np.linalg.norm(mesh.x[nodes] - x, axis=1)
+    near = (mesh.element[nodes] == element) | (away < reach)
+    return np.asarray(nodes[near])
+
+
 def facing_nodes(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple[Index, Index]:
     """The nodes of a primary, at points (n, d), that face the secondary, whose nodes have elements
     of half lengths (m,), and the node of that each; what reaches beyond faces nothing."""
@@ -213,5 +222,5 @@ def shears_differ(
         normal = lifted(mesh.normal[nearest], mesh.components)
         pull = traction[nearest] - (traction[nearest] @ normal) * normal
         shears.append(float(pull @ lifted(along, mesh.components)))
-    mean = mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum()
-    return bool(abs(shears[0] - shears[1]) > MISMATCH * float(mean) ** 0.5)
+    mean = float(mesh.weight @ lengths(traction) / mesh.weight.sum())
+    return bool(abs(shears[0] - shears[1]) > MISMATCH * mean)
