@@ -20,6 +20,7 @@ from ..strength.strengths import (
     ADDS,
     AROUND,
     RING,
+    Fit,
     end_size,
     in_doubt,
     known,
@@ -102,14 +103,15 @@ class Samples:
             if not own or len(own) < sum(len(each.modes) for each in place.expansions):
                 continue
             ring = self._ring("von_mises", place) - told_at(own, "von_mises")
-            gained = self._gained(place, min(fit.power for fit in own))
-            if min(sum(fit.most for fit in own), gained) <= ADDS * max(bound, self._least, ring):
+            if min(self._gained(place, own), sum(fit.most for fit in own)) <= ADDS * max(
+                bound, self._least, ring
+            ):
                 del self._reach[place]
             elif in_doubt(own):
                 self._doubted.append(place)
 
-    def _gained(self, place: Place, power: float) -> float:
-        """What may grow towards a place like r to a power, at its distance, by how much more stress
+    def _gained(self, place: Place, own: Sequence[Fit]) -> float:
+        """What may grow towards a place as some fits do, at its distance, by how much more stress
         is in the elements that end there than on the mesh before: where these are half as large it
         is 2^-power times as large. Where they are no smaller it is not known."""
         rows = np.flatnonzero(np.isin(self._element, place.elements))
@@ -117,20 +119,20 @@ class Samples:
         ends = [each for each in coarser.steps if (each.step, each.cycle) == at] if coarser else []
         if coarser is None or not ends or not len(rows):
             return np.inf
-        mesh, other = self._fields.mesh, coarser.meshes[self.body]
+        other, size = coarser.meshes[self.body], sizes(self._fields.mesh)[self._element[rows]]
         element, there = located(other, self._x[rows], within=sizes(other))
-        size = sizes(mesh)[self._element[rows]]
         if (element < 0).any() or (size > SMALLER * sizes(other)[element]).any():
             return np.inf
-        state = coarser.body_fields(self.body, ends[-1]).on_boundary(element, there)
-        gain = float(np.abs(self._values("von_mises")[rows] - state.von_mises).max())
+        before = coarser.body_fields(self.body, ends[-1]).on_boundary(element, there).von_mises
+        gain = np.abs(self._values("von_mises")[rows] - before).max()
+        power = min(fit.power for fit in own)
         return float(gain * (place.distance / size.max()) ** power / (2.0**-power - 1.0))
 
     def doubt(self, key: str) -> float:
         """Return the largest stress at samples that places leave out whose K may be 0."""
-        near = [place.away(self._x) < self._reach[place] for place in self._doubted]
-        values = np.where(np.any(near, axis=0), self._values(key), -np.inf) if near else -np.inf
-        return float(np.max(values))
+        values = self._values(key)
+        near = (values[place.away(self._x) < self._reach[place]] for place in self._doubted)
+        return float(np.concatenate([[-np.inf], *near]).max())
 
     def endless(self, key: str) -> list[tuple[float, Place]]:
         """Return the largest stress at samples about each place without a bound, and the place."""
@@ -178,8 +180,7 @@ class Samples:
         best, x, low, high = self.largest_on_arc(key, place)
         closer = self.largest_on_arc(key, place, low, high)
         best, x = max((best, x), closer[:2], key=lambda each: each[0])
-        element = int(located(self._fields.mesh, x[None])[0][0])
-        largest = self._number(key, x, max(best, 0.0), element)
+        largest = self._number(x, max(best, 0.0), int(located(self._fields.mesh, x[None])[0][0]))
         near = place.away(self._x) < RING * place.distance
         values = np.where(near & ~self._leaves_out(self._x, 1.0), self._values(key), -np.inf)
         if values.max() > best:
@@ -191,7 +192,7 @@ class Samples:
             beside=place.x,
         )
 
-    def _number(self, key: str, x: Array, value: float, element: int) -> Number:
+    def _number(self, x: Array, value: float, element: int) -> Number:
         """A stress at a point of an element, -1 inside; it has no name yet."""
         mesh, end = self._fields.mesh, (self._step.step, self._step.cycle)
         part = mesh.part_names[mesh.part[element]] if element >= 0 else ""
@@ -199,8 +200,8 @@ class Samples:
 
     def _sample(self, key: str, k: int) -> Number:
         """The stress at a sample."""
-        element = int(self._element[k]) if k < len(self._element) else -1
-        return self._number(key, self._x[k], float(self._values(key)[k]), element)
+        element = self._element[k] if k < len(self._element) else -1
+        return self._number(self._x[k], float(self._values(key)[k]), int(element))
 
     def peaks(self, key: str, inside: bool) -> Iterator[Number]:
         """Yield the largest samples that are tops, on the boundary or inside, up to twice as far

@@ -70,7 +70,7 @@ class Place:
     def growth(self, sizes: Array) -> float:
         """How much stress changes from elements at the place, of half lengths (n,) of all [length],
         to where it is told as a value [-]."""
-        known = 2.0 * float(sizes[list(self.elements)].max()) / (TOLD * self.size)
+        known = 2.0 * sizes[list(self.elements)].max() / (TOLD * self.size)
         return float(abs(known ** (1.0 - min(each.least for each in self.expansions)) - 1.0))
 
     @property
