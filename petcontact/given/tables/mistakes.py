@@ -81,12 +81,7 @@ def _meant(mistake: Any, message: str, table: str, cls: type) -> str:
     given, loc = mistake["input"], list(mistake["loc"])
     if message == "must be a table":
         keys = [key for model in models_at(cls, loc) for key in model.model_fields]
-        named = "name" in keys and isinstance(given, str) and isinstance(loc[-1], str)
-        filled = f"{{ {', '.join(f'{key} = ...' for key in keys[:SHOWN])} }}"
-        filled = (
-            f'; write {table}.name = "{given}"' if named else nearest(given, []) or f"; as {filled}"
-        )
-        return f"; in single brackets, [{table}]" if isinstance(given, list) else filled
+        return _table(given, table, keys, named=isinstance(loc[-1], str))
     if message == "must be an array":
         models = [m for m in models_at(cls, loc[:-1]) if loc[-1] in m.model_fields]
         return _array(given, table, models)
@@ -114,6 +109,14 @@ def _not_this_array(kind: str, given: Sequence[Any]) -> str:
         comma = "a number has a decimal point, not a comma"
         return f"; {comma if len(given) % 2 == 0 else '2D has x and y only'}"
     return "; one text, with a table for each" if kind == "string_type" else ""
+
+
+def _table(given: Any, table: str, keys: Sequence[str], *, named: bool) -> str:
+    """How something that is no table is written as one; a text may be its name."""
+    if named and "name" in keys and isinstance(given, str):
+        return f'; write {table}.name = "{given}"'
+    filled = nearest(given, []) or f"; as {{ {', '.join(f'{key} = ...' for key in keys[:SHOWN])} }}"
+    return f"; in single brackets, [{table}]" if isinstance(given, list) else filled
 
 
 def _array(given: Any, table: str, models: list[Any]) -> str:
