@@ -59,7 +59,8 @@ def among(given: Any, names: Sequence[str], there: str = "there are") -> str:
     >>> among("rigth", ["left", "right"]), among("x", [], "bodies are")
     (", did you mean 'right'?", '; bodies are none')
     """
-    return nearest(given, [*names]) or f"; {there} {', '.join(names) or 'none'}"
+    near = nearest(given, [*names])  # what is said of words of other programs is about keys
+    return near if near.startswith(",") else f"; {there} {', '.join(names) or 'none'}"
 
 
 def demand_name(what: str, given: str, names: Iterable[str], there: str = "there are") -> None:

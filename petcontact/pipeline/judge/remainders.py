@@ -15,6 +15,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN
+from ...errors import the_body
 from ...geometry.rotation import lifted
 from ...given.body_data import Body
 from ...given.conditions import Condition, Term
@@ -44,7 +45,7 @@ def missed_data(posed: Posed, meshes: Sequence[BoundaryMesh]) -> list[str]:
     Examples
     --------
     >>> missed_data(posed, [*solution.meshes.values()])
-    ["body 'body': its mesh misses 97 % of the traction on left, which varies within elements; use
+    ["the body: its mesh misses 97 % of the traction on left, which varies within elements; use
     smaller elements there"]
     """
     shares, data = dict[tuple[int, str, str], float](), DataRemainders(posed.bodies, meshes)
@@ -59,7 +60,7 @@ def missed_data(posed: Posed, meshes: Sequence[BoundaryMesh]) -> list[str]:
             share = samples.share(samples.left(nodal), samples.values)
             shares[side.body, quantity.replace("_", " "), side.part] = share
     return [
-        f"body {posed.bodies[number].name!r}: its mesh misses {share:.0%} of the {quantity} on "
+        f"{the_body(posed.bodies[number].name)}: its mesh misses {share:.0%} of the {quantity} on "
         f"{part}, which varies within elements; use smaller elements there"
         for (number, quantity, part), share in shares.items()
         if share > limit_of("known data")

@@ -44,8 +44,8 @@ def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
     if not moved > limit_of("displacement"):
         return []
     text = (
-        f"body {discrete.posed.bodies[number].name!r} moves by {moved:.1e} times its size, at most "
-        f"{limit_of('displacement'):.0e} is accepted: displacements are taken to be small"
+        f"{the_body(discrete.posed.bodies[number].name)} moves by {moved:.1e} times its size, at "
+        f"most {limit_of('displacement'):.0e} is accepted: displacements are taken to be small"
     )
     advice = "check the units of loads and moduli"
     return [new_finding("displacement", text, advice=advice, measured=moved)]

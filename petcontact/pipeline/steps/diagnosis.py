@@ -209,7 +209,7 @@ def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
             motion = body.modes @ own_push
             weight = body.mesh.weight / body.mesh.weight.sum()
             worst = float(along)
-            name, way = f"body {posed.bodies[b].name!r}", _direction(motion, weight)
+            name, way = the_body(posed.bodies[b].name), _direction(motion, weight)
     taken = system.modes.shape[1]
     for k, of_obstacle in enumerate(increment.obstacles):
         names = np.array(MOTIONS[system.components, len(of_obstacle.free)])[of_obstacle.free]
