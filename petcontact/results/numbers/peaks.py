@@ -84,7 +84,7 @@ def _largest(samples: Sequence[Samples], name: str) -> list[Number]:
         for top, where in zip(reversed(tops), ("inside", "on the surface"), strict=True)
         if top is not None
     ]
-    endless.sort(key=lambda each: -each[0])
+    endless.sort(key=lambda each: -float(np.float32(each[0])))  # of equal ones the first
     beside = _beside(endless, name)
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
