@@ -73,14 +73,8 @@ def _largest(samples: Sequence[Samples], name: str) -> list[Number]:
     key = QUANTITIES[name]
     endless = [(*each, some) for some in samples for each in some.endless(key)]
     tops = _tops(samples, key)
-    # it may have a bound where no K is known
-    doubt = max(some.doubt(key) for some in samples)
     named = [
-        replace(
-            top,
-            name=f"{name} stress {where}",
-            alone=max(top.alone, FINEST**2 * top.size, doubt - float(top.value[0])),
-        )
+        replace(top, name=f"{name} stress {where}", alone=max(top.alone, FINEST**2 * top.size))
         for top, where in zip(reversed(tops), ("inside", "on the surface"), strict=True)
         if top is not None
     ]

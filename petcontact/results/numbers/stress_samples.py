@@ -22,7 +22,6 @@ from ..strength.strengths import (
     RING,
     Fit,
     end_size,
-    in_doubt,
     known,
     level,
     told_at,
@@ -68,7 +67,6 @@ class Samples:
         self._rings = dict[tuple[str, Place], float]()
         self._found = dict[str, Array]()
         mesh = self._fields.mesh
-        self._doubted = list[Place]()
         self._reach = {each: max(each.distance, end_size(mesh, each)) for each in self.places}
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
@@ -107,8 +105,6 @@ class Samples:
                 bound, self._least, ring
             ):
                 del self._reach[place]
-            elif in_doubt(own):
-                self._doubted.append(place)
 
     def _gained(self, place: Place, own: Sequence[Fit]) -> float:
         """What may grow towards a place as some fits do, at its distance, by how much more stress
@@ -127,12 +123,6 @@ class Samples:
         gain = np.abs(self._values("von_mises")[rows] - before).max()
         power = min(fit.power for fit in own)
         return float(gain * (place.distance / size.max()) ** power / (2.0**-power - 1.0))
-
-    def doubt(self, key: str) -> float:
-        """Return the largest stress at samples that places leave out whose K may be 0."""
-        values = self._values(key)
-        near = (values[place.away(self._x) < self._reach[place]] for place in self._doubted)
-        return float(np.concatenate([[-np.inf], *near]).max())
 
     def endless(self, key: str) -> list[tuple[float, Place]]:
         """Return the largest stress at samples about each place without a bound, and the place."""
