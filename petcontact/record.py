@@ -11,6 +11,8 @@ from dataclasses import fields as fields
 from dataclasses import replace as replace
 from typing import Any, TypeVar, cast, dataclass_transform
 
+from .untyped import Keyed
+
 Class = TypeVar("Class", bound=type)
 Value = TypeVar("Value")
 
@@ -65,5 +67,5 @@ class Keeping:
             self._kept[key] = compute()
         return cast(Value, self._kept[key])
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> Keyed:
         return {name: value for name, value in self.__dict__.items() if name != "_kept"}

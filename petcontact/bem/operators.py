@@ -10,13 +10,13 @@ of length and stress.
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..record import record, replace
+from ..untyped import Keyed
 from .boundary_data import BoundaryData
 from .kernel import ColumnData, ColumnFiller, Kernel
 from .kernels import column_filler
@@ -45,7 +45,7 @@ class BoundaryOperators:
     kernel: Kernel
     translated: tuple[int, ...] = ()
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> Keyed:
         """Leave out addresses of compiled code: they mean nothing in another process."""
         return {key: value for key, value in vars(self).items() if key != "_filler"}
 

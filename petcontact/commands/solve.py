@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, OutputError, in_file
 from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
+from ..untyped import Comm, Keyed
 from .options import option, options, positive, real
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         return _run(arguments, case, comm)
 
 
-def _run(arguments: argparse.Namespace, case: Problem, comm: Any) -> int:
+def _run(arguments: argparse.Namespace, case: Problem, comm: Comm) -> int:
     from ..runtime.terminal import StatusLine, say
 
     first, quiet = comm.getRank() == 0, bool(arguments.quiet)
@@ -122,7 +123,7 @@ def _run(arguments: argparse.Namespace, case: Problem, comm: Any) -> int:
 
         with contextlib.closing(status), in_file(arguments.config):
             announce = announcer(status, way is not solve or adapts_itself(case), quiet=quiet)
-            shown: dict[str, Any] = {"announce": announce, "reached": meshes}
+            shown: Keyed = {"announce": announce, "reached": meshes}
             solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
@@ -312,7 +313,7 @@ class Meshes:
                 self.saved()
 
 
-def overrides(words: list[str]) -> dict[str, Any]:
+def overrides(words: list[str]) -> Keyed:
     """--set KEY=VALUE as dotted keys; the value is read as TOML, else as a number or a text.
 
     >>> overrides(["mesh.order=2", "mesh.element_size=.5", "boundary.0.gap=x**2"])
@@ -320,7 +321,7 @@ def overrides(words: list[str]) -> dict[str, Any]:
     """
     from ..model.toml_text import parse_toml
 
-    result: dict[str, Any] = {}
+    result: Keyed = {}
     for word in words:
         try:
             word = os.fsencode(word).decode(

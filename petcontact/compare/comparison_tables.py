@@ -10,6 +10,7 @@ import numpy as np
 
 from ..runtime.figure_style import plain, save_all
 from ..runtime.text_table import aligned, as_csv
+from ..untyped import Figure
 from .side_by_side import Trial
 
 COLUMNS = (
@@ -114,7 +115,7 @@ def write_figures(rows: Sequence[Trial], folder: str | Path) -> list[Path]:
 
 
 def _panels(
-    figure: Any, rows: Sequence[Trial], across: str, up: str
+    figure: Figure, rows: Sequence[Trial], across: str, up: str
 ) -> Iterable[tuple[Any, list[Trial]]]:
     """Yield axes for each problem with its runs; the labels of both axes are those given."""
     problems = list(dict.fromkeys(row.problem for row in rows))
@@ -137,7 +138,7 @@ def _panels(
     grid[0, -1].legend(handles, labels, loc="center left", fontsize=7, frameon=False)
 
 
-def draw_residuals(figure: Any, rows: Sequence[Trial]) -> None:
+def draw_residuals(figure: Figure, rows: Sequence[Trial]) -> None:
     """Relative friction residual over applications of S, of the runs that were followed."""
     for axes, group in _panels(figure, rows, "applications of S", "‖R‖ / ‖σ_t‖"):
         for row in (row for row in group if row.path):
@@ -153,7 +154,7 @@ def draw_residuals(figure: Any, rows: Sequence[Trial]) -> None:
             )
 
 
-def draw_iterations(figure: Any, rows: Sequence[Trial]) -> None:
+def draw_iterations(figure: Figure, rows: Sequence[Trial]) -> None:
     """Iterations over ρ_0; hollow where the method did not converge."""
     for axes, group in _panels(figure, rows, "ρ_0", "iterations"):
         rhos = sorted({row.rho for row in group if row.rho is not None})

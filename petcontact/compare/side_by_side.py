@@ -12,7 +12,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -35,6 +34,7 @@ from ..results.solution import read_result
 from ..runtime.hints import demand_name
 from ..runtime.petsc import options
 from ..runtime.ranks import alone, shared_solve
+from ..untyped import Comm, Keyed
 
 RHOS = tuple(10.0**k for k in range(8))
 """ρ_0 of the paper's tables [daN/mm³]."""
@@ -113,7 +113,7 @@ def compare(
     contenders: Sequence[str] | None = None,
     rhos: Sequence[float] = RHOS,
     reference: str | None = None,
-    comm: Any = None,
+    comm: Comm = None,
     say: Callable[[Trial], None] | None = None,
 ) -> list[Trial]:
     """Run every contender on every case and ρ_0.
@@ -142,7 +142,7 @@ def compare(
         If another rank fails, or does not begin within 60 s (PETCONTACT_PATIENCE).
     """
 
-    def call() -> Callable[[], dict[str, Any]]:
+    def call() -> Callable[[], Keyed]:
         more = {"contenders": contenders, "rhos": [*rhos], "reference": reference}
         return lambda: {label: described(case) for label, case in cases} | more
 
@@ -155,7 +155,7 @@ def _compared(
     contenders: Sequence[str] | None,
     rhos: Sequence[float],
     reference: str | None,
-    comm: Any,
+    comm: Comm,
     say: Callable[[Trial], None] | None,
 ) -> list[Trial]:
     followed = rhos[len(rhos) // 2]

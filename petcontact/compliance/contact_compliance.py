@@ -8,7 +8,6 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from ..linalg.dense_solver import DenseSolver
 from ..linalg.ksp import SolverFront, is_asked_for
 from ..round_off import SOLVED
 from ..runtime.petsc import petsc
+from ..untyped import Comm
 
 MakeSurrogate = Callable[[], Surrogate | None]
 ALONE = 512
@@ -80,7 +80,7 @@ class ContactCompliance(SolverFront, abc.ABC):
 class DenseCompliance(ContactCompliance):
     """S as a matrix on every rank. The KSP without a prefix factorises I + ρS for each ρ."""
 
-    def __init__(self, matrix: Array, comm: Any, surrogate: MakeSurrogate) -> None:
+    def __init__(self, matrix: Array, comm: Comm, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
         shared = comm.getSize() == 1 or len(matrix) > ALONE or is_asked_for("")
         self._comm = comm if shared else petsc().COMM_SELF
@@ -175,7 +175,7 @@ class ProductCompliance(ContactCompliance):
         product: Callable[[Array], Array],
         shape: tuple[int, int],
         motions: int,
-        comm: Any,
+        comm: Comm,
         surrogate: MakeSurrogate,
         text: str,
     ) -> None:

@@ -22,6 +22,7 @@ from ..arrays import Array
 from ..bem.boundary_data import BoundaryData
 from ..contact.system import ContactSystem, Modes, Surrogate
 from ..mesh.curve_mesh import CurveMesh, as_curve
+from ..untyped import Comm
 from .body.eliminated import ElasticBody
 from .composed import ComposedSystem, Joint
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
@@ -88,7 +89,7 @@ class BodiesSystem:
         interfaces: Sequence[Interface],
         x: Sequence[Array],
         centres: Sequence[Array],
-        comm: Any,
+        comm: Comm,
         cases: int = 1,
         join: Callable[
             [Sequence[ElasticBody], Sequence[Interface], Sequence[ContactMaps], Any], Joint
@@ -175,7 +176,7 @@ class BodiesSystem:
         system._load()
         return system
 
-    def _composed(self, comm: Any, cases: int) -> ContactCompliance:
+    def _composed(self, comm: Comm, cases: int) -> ContactCompliance:
         if self._joint is not None:
             return self._joint.compliance(self.surrogate)
         if len(self.bodies) == 1:

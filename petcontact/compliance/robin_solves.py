@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from ..contact.system import Modes
 from ..linalg.hessenberg import HessenbergForm
 from ..linalg.ksp import is_asked_for
 from ..runtime.petsc import stage
+from ..untyped import Comm
 from .contact_compliance import ContactCompliance, DenseCompliance
 
 LARGEST = 3000
@@ -32,7 +32,7 @@ class HessenbergCompliance(DenseCompliance):
     comm : PETSc.Comm
     """
 
-    def __init__(self, operator: ContactCompliance, comm: Any) -> None:
+    def __init__(self, operator: ContactCompliance, comm: Comm) -> None:
         super().__init__(operator.matrix(), comm, operator.surrogate)
         self._operator = operator
 
@@ -65,7 +65,7 @@ def shares(cases: int, size: int) -> bool:
     return cases >= 2 and size <= LARGEST
 
 
-def shared_by(cases: int, operator: ContactCompliance, size: int, comm: Any) -> ContactCompliance:
+def shared_by(cases: int, operator: ContactCompliance, size: int, comm: Comm) -> ContactCompliance:
     """Return S itself, or its Hessenberg form if that is cheaper for this many cases.
 
     It is S itself if the user gave options for the KSP.

@@ -101,6 +101,10 @@ class Admissible:
     push: Array
 
 
+GivenLaw = ContactLaw | Callable[..., ContactLaw]
+"""A law for the contact nodes as they are, or a function of them to one."""
+
+
 @runtime_checkable
 class LimitedLaw(ContactLaw, Protocol):
     """A law with limits on its tractions.

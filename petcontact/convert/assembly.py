@@ -24,6 +24,7 @@ from ..mesh.grading import mesh_outline
 from ..mesh.panelling import facet_mesh
 from ..model.shapes.files import Gmsh
 from ..round_off import WRITTEN
+from ..untyped import Keyed
 from .inp_problem import Converted
 
 NEAR = 0.3
@@ -50,7 +51,7 @@ def proposed(source: str, target: Path) -> Converted:
         If the file cannot be read, or no body of it can be meshed.
     """
     path, notes, meshes = os.path.relpath(source, target.parent), list[str](), Meshes()
-    geometries = dict[str, dict[str, Any]]()
+    geometries = dict[str, Keyed]()
     for name, key in _bodies_of(source).items():
         try:
             meshes[name] = _mesh(Gmsh(source, **key).outline())
@@ -80,7 +81,7 @@ def _head(source: str, title: str, bodies: int, contacts: int, notes: list[str])
     ]
 
 
-def _bodies_of(source: str) -> dict[str, dict[str, Any]]:
+def _bodies_of(source: str) -> dict[str, Keyed]:
     """Return the keys of [geometry] that tell each body of a file, by a name for it."""
     if is_cad(source):
         return {name: {"solid": number} for number, name in solids_of(source).items()}
@@ -178,7 +179,7 @@ def _far(meshes: Meshes, ends: set[str]) -> list[str]:
 
 
 def _body(
-    name: str, geometry: dict[str, Any], mesh: BoundaryMesh, ends: set[str], given: list[str]
+    name: str, geometry: Keyed, mesh: BoundaryMesh, ends: set[str], given: list[str]
 ) -> list[str]:
     """Return the table of a body, with its parts and proposed conditions as comments."""
     table = ", ".join(f"{key} = {json.dumps(value)}" for key, value in geometry.items())

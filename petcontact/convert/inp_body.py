@@ -5,13 +5,13 @@ from __future__ import annotations
 import functools
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
 from ..round_off import SINGLE, WRITTEN
+from ..untyped import Keyed
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile
 from .inp_forces import linear_traction, loaded_faces
@@ -173,13 +173,13 @@ class InpBody:
             merged |= self.reader.held[step].get(name, {})
         return [merged.get(c + 1, FREE) for c in range(self.dim)]
 
-    def conditions(self, step: int) -> list[dict[str, Any]]:
+    def conditions(self, step: int) -> list[Keyed]:
         """Return the conditions of all parts at the end of a step."""
-        conditions: list[dict[str, Any]] = []
+        conditions: list[Keyed] = []
         for part, (names, loads) in self._says.items():
             value = self._value(names, step)
             acting = [_acting(loads[step], c) if value[c] == FREE else 0.0 for c in range(self.dim)]
-            says: dict[str, Any] = {"value": acting}
+            says: Keyed = {"value": acting}
             if names:
                 says = {"value": value}
                 if any(pressure or any(pull) for pressure, pull in loads):
@@ -189,7 +189,7 @@ class InpBody:
             conditions.append({"part": part, **says})
         return conditions
 
-    def volume(self, step: int) -> dict[str, Any]:
+    def volume(self, step: int) -> Keyed:
         """Return the `loads` at the end of a step."""
         loads = self.reader.volume[step]
         volume_loads = next((loads[number] for number in self.elements if number in loads), {})
@@ -228,7 +228,7 @@ class InpBody:
             rises.append(f"{terms[0]:.12g}{''.join(slopes)}" if slopes else float(terms[0]))
         return rises
 
-    def forces(self, step: int) -> list[dict[str, Any]]:
+    def forces(self, step: int) -> list[Keyed]:
         """Return the point forces at the end of a step."""
         return [
             {"name": f"node{node}", "force": force[step].tolist()}
@@ -236,7 +236,7 @@ class InpBody:
         ]
 
     @property
-    def _material(self) -> dict[str, Any]:
+    def _material(self) -> Keyed:
         """The keys of the material.
 
         Raises
@@ -251,7 +251,7 @@ class InpBody:
                 f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body "
                 "has one"
             )
-        material: dict[str, Any] = dict(reader.materials.get(next(iter(names)), {}))
+        material: Keyed = dict(reader.materials.get(next(iter(names)), {}))
         if "young_modulus" not in material:
             raise InputError(
                 f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an "
@@ -259,7 +259,7 @@ class InpBody:
             )
         return material
 
-    def table(self, mesh: str) -> dict[str, Any]:
+    def table(self, mesh: str) -> Keyed:
         """Return the [[body]] of the config."""
         conditions = [
             {
@@ -284,7 +284,7 @@ class InpBody:
         }
         return {key: value for key, value in table.items() if value}
 
-    def _across(self) -> dict[str, Any]:
+    def _across(self) -> Keyed:
         """Return the keys of the material on the direction across a plane body."""
         thick = {"thickness": self.width} if self.reader.thickness and self.kind[:2] == "CP" else {}
         return thick | ({"plane": "stress"} if self.kind == "CPS" else {})

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import tomli_w
 
 from ..errors import InputError
+from ..untyped import Keyed
 from .inp_body import InpBody, boundary_faces
 from .inp_elements import check_elements, count
 from .inp_file import read_inp
@@ -58,7 +58,7 @@ def convert_inp(path: str | Path, name: str) -> Converted:
             f"{path}: bodies of revolution (CAX) beside others; a problem has one kind"
         )
     meshes = {f"{name}-{body.name}.msh": body for body in bodies}
-    data: dict[str, Any] = {
+    data: Keyed = {
         "title": Path(path).stem,
         "symmetry": "axial" if bodies[0].kind == "CAX" else "",
         "body": [body.table(mesh) for mesh, body in meshes.items()],
@@ -66,6 +66,7 @@ def convert_inp(path: str | Path, name: str) -> Converted:
         "step": _steps(bodies, reader.steps),
     }
     notes = [*reader.notes, *_uncovered(reader, bodies), *_unused(reader, bodies)]
+    notes += _lost_forces(reader, bodies)
     head = "".join(f"# not taken: {note}\n" for note in notes)
     text = tomli_w.dumps({key: value for key, value in data.items() if value})
     return Converted(
@@ -103,17 +104,22 @@ def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
     return notes
 
 
+def _lost_forces(reader: Statements, bodies: list[InpBody]) -> list[str]:
+    """Forces at nodes of no body, or across the plane of one."""
+    forces = {key for step in reader.forces for key, force in step.items() if force}
+    lost = [node for node, _ in sorted(forces.difference(*(body.freedoms for body in bodies)))]
+    text = f"*CLOAD: {count(lost, 'node')} of no body, or across its plane; not taken"
+    return [text] if lost else []
+
+
 def _unused(reader: Statements, bodies: list[InpBody]) -> list[str]:
-    """Surfaces, forces and pressed faces that came to nothing."""
+    """Surfaces and pressed faces that came to nothing."""
     parts, notes = {face: part for body in bodies for face, part in body.parts.items()}, []
     for name, faces in reader.surfaces.items():
         if inside := [number for number, k in faces if (number, k) not in parts]:
             notes.append(f"*SURFACE {name}: faces inside of {count(inside, 'element')}; not taken")
     if idle := [name for name in reader.surfaces if name not in reader.used]:
         notes.append(f"*SURFACE {', '.join(idle)}: in no contact pair or load; not taken")
-    forces = {key for step in reader.forces for key, force in step.items() if force}
-    if lost := [node for node, _ in sorted(forces.difference(*(b.freedoms for b in bodies)))]:
-        notes.append(f"*CLOAD: {count(lost, 'node')} of no body, or across its plane; not taken")
     pressed = {*reader.pressed[-1]}.difference(*(body.free for body in bodies))
     if lost := [number for number, _ in pressed]:
         notes.append(
@@ -123,7 +129,7 @@ def _unused(reader: Statements, bodies: list[InpBody]) -> list[str]:
     return notes
 
 
-def _pairs(reader: Statements, bodies: list[InpBody]) -> list[dict[str, Any]]:
+def _pairs(reader: Statements, bodies: list[InpBody]) -> list[Keyed]:
     pairs = []
     for number, pair in enumerate(reader.pairs, 1):
         sides = ("secondary", "primary")
@@ -150,11 +156,11 @@ def _pairs(reader: Statements, bodies: list[InpBody]) -> list[dict[str, Any]]:
     return pairs
 
 
-def _steps(bodies: list[InpBody], names: list[str]) -> list[dict[str, Any]]:
+def _steps(bodies: list[InpBody], names: list[str]) -> list[Keyed]:
     """Load steps, where there are several: what has another value than in the step before."""
-    steps: list[dict[str, Any]] = []
+    steps: list[Keyed] = []
     for number, name in enumerate(names if len(names) > 1 else ()):
-        changes: dict[str, list[dict[str, Any]]] = {"boundary": [], "loads": [], "point_force": []}
+        changes: dict[str, list[Keyed]] = {"boundary": [], "loads": [], "point_force": []}
         for body in bodies if number else ():
             own = {"body": body.name}
             changes["boundary"] += [

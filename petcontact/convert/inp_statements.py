@@ -14,6 +14,7 @@ from typing import Any
 from ..arrays import LARGEST_NUMBER
 from ..errors import InputError
 from ..given.posed import HOLD
+from ..untyped import Keyed
 from .inp_changes import gather, read_temperature, renew
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile, Keyword
@@ -117,13 +118,13 @@ class Statements:
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
     sections: dict[int, str] = field(default_factory=dict)
     thickness: dict[int, float] = field(default_factory=dict)
-    laws: dict[str, dict[str, Any]] = field(default_factory=dict)
+    laws: dict[str, Keyed] = field(default_factory=dict)
     pairs: list[dict[str, str]] = field(default_factory=list)
     clearances: dict[tuple[str, str], float] = field(default_factory=dict)
     held: list[dict[str, dict[int, float | str]]] = field(default_factory=lambda: [{}])
     pressed: list[dict[Face, float]] = field(default_factory=lambda: [{}])
     forces: list[dict[tuple[int, int], float]] = field(default_factory=lambda: [{}])
-    volume: list[dict[int, dict[str, Any]]] = field(default_factory=lambda: [{}])
+    volume: list[dict[int, Keyed]] = field(default_factory=lambda: [{}])
     warmed: list[dict[int, float]] = field(default_factory=lambda: [{}])
     initial: dict[int, float] = field(default_factory=dict)
     renewed: set[tuple[int, str]] = field(default_factory=set)
@@ -210,7 +211,7 @@ class Statements:
         if flat and thickness not in (0.0, 1.0):
             self.thickness |= dict.fromkeys(flat, thickness)
 
-    def _law(self) -> dict[str, Any]:
+    def _law(self) -> Keyed:
         """Return the keys and values of the interaction that is read."""
         return self.laws.setdefault(self.names.get("SURFACE INTERACTION", ""), {})
 
@@ -362,7 +363,7 @@ class Statements:
 
     def _volume_load(self, keyword: Keyword, kind: str, row: Sequence[str]) -> None:
         size, *way = self.floats(keyword, (*row[2:9], *[""] * 7)[:7])
-        loads: dict[str, Any] = {"acceleration": [size * c for c in way[:3]]}
+        loads: Keyed = {"acceleration": [size * c for c in way[:3]]}
         if kind == "CENTRIF":
             if size < 0.0:
                 raise self.error(keyword, f"CENTRIF: ω² is not negative, got {size:g}")

@@ -21,6 +21,7 @@ from .. import __version__, native
 from ..errors import MissingKernelsError, installed_by
 from ..results.report import Finding
 from ..runtime.threads import available_cores, local_ranks
+from ..untyped import Keyed
 from .probe import PARTS
 
 PACKAGES = (
@@ -46,9 +47,9 @@ OF_RANKS = ("OMPI_COMM_", "OMPI_UNIVERSE_", "OMPI_MCA_ess", "OMPI_MCA_orte", "PM
 RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};', flush=True)"
 
 
-def gather() -> dict[str, Any]:
+def gather() -> Keyed:
     """Facts of this installation: versions, libraries, launcher, environment, current folder."""
-    facts: dict[str, Any] = {
+    facts: Keyed = {
         "python": platform.python_version(),
         "missing": [p for p in PACKAGES if importlib.util.find_spec(p) is None],
         "versions": {name: _version(name) for name in PACKAGES},
@@ -283,17 +284,17 @@ def _run(words: list[str]) -> tuple[int, str, str]:
     return done.returncode, done.stdout, done.stderr
 
 
-def _probe(part: str) -> dict[str, Any]:
+def _probe(part: str) -> Keyed:
     status, out, err = _run([sys.executable, "-m", "petcontact.doctor.probe", part])
     line = next((line for line in reversed(out.splitlines()) if line.startswith("{")), "")
     if status or not line:
         reason = err.strip().splitlines()[-1] if err.strip() else "no output"
         return {"errors": {part: f"loading it ends with status {status} ({reason})"}}
-    facts: dict[str, Any] = json.loads(line)
+    facts: Keyed = json.loads(line)
     return facts
 
 
-def _launch(launcher: str) -> dict[str, Any]:
+def _launch(launcher: str) -> Keyed:
     """How many ranks see each other when two are started."""
     _, version, _ = _run([launcher, "--version"])
     oversubscribe = ["--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else []

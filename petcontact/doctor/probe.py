@@ -7,7 +7,8 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Any
+
+from ..untyped import Keyed
 
 
 def libraries(pattern: str) -> list[str]:
@@ -23,7 +24,7 @@ def libraries(pattern: str) -> list[str]:
     return sorted({os.path.realpath(word) for word in words if Path(word).name.startswith(pattern)})
 
 
-def petsc_facts() -> dict[str, Any]:
+def petsc_facts() -> Keyed:
     """PETSc, petsc4py and MPI as they are when loaded together with numpy."""
     import petsc4py
 
@@ -49,7 +50,7 @@ def petsc_facts() -> dict[str, Any]:
     }
 
 
-def blas_facts() -> dict[str, Any]:
+def blas_facts() -> Keyed:
     """BLAS libraries in use and their threads."""
     import numpy as np
     import threadpoolctl  # type: ignore[import-untyped,unused-ignore]
@@ -63,7 +64,7 @@ def blas_facts() -> dict[str, Any]:
     }
 
 
-def hdf5_facts() -> dict[str, Any]:
+def hdf5_facts() -> Keyed:
     """h5py, its HDF5, and whether that is the parallel flavour."""
     import h5py
 
@@ -75,7 +76,7 @@ def hdf5_facts() -> dict[str, Any]:
     }
 
 
-def plot_facts() -> dict[str, Any]:
+def plot_facts() -> Keyed:
     """matplotlib, the font that figures use, and the backend."""
     import matplotlib
     from matplotlib import font_manager
@@ -96,7 +97,7 @@ PARTS = {"petsc": petsc_facts, "blas": blas_facts, "hdf5": hdf5_facts, "plot": p
 
 def main(names: list[str]) -> None:
     """Print the facts of the parts named, and why a part has none."""
-    facts: dict[str, Any] = {"errors": {}}
+    facts: Keyed = {"errors": {}}
     for name in names:
         try:
             facts |= PARTS[name]()

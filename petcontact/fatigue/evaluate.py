@@ -3,8 +3,6 @@ of them."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy
 
@@ -15,6 +13,7 @@ from ..results.data import SolutionData
 from ..results.numbers.peaks import stress_name
 from ..results.records import below
 from ..runtime.hints import demand_name
+from ..untyped import Keyed
 from .parameters import PARAMETERS
 from .ruiz import ruiz_sites
 from .stress_cycle import Sites, cycle_of, parts_in_contact, sites_of
@@ -247,10 +246,10 @@ def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[floa
     return 0.5 * float(np.exp(scipy.optimize.brentq(excess, -50.0, 300.0, xtol=1e-12)))
 
 
-def table(result: Fatigue) -> dict[str, Any]:
+def table(result: Fatigue) -> Keyed:
     """Columns of a table, a row a place: body, part, x, y (and z), depth, arc length, value, and n
     of critical planes."""
-    rows = list[dict[str, Any]]()
+    rows = list[Keyed]()
     for location in result.found:
         sites, count = location.sites, len(location.value)
         row = {

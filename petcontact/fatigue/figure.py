@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from ..given.tables.units import Units
 from ..results.data import SolutionData
 from ..results.figures.curves import headed
 from ..runtime.figure_style import LINES, label, plain, save
+from ..untyped import Figure, Keyed
 from .evaluate import Fatigue
 
 UNITS = {"ruiz-1": "{0}·{1}", "ruiz-2": "({0})²·{1}"}
@@ -41,7 +41,7 @@ def _unit(parameter: str, units: Units) -> str | None:
     return None
 
 
-def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
+def _draw(figure: Figure, solution: SolutionData, result: Fatigue) -> None:
     deep = any(np.any(curve.sites.depth > 0.0) for curve in result.found)
     axes = np.atleast_1d(figure.subplots(1, 1 + deep))
     units, plane = solution.problem.units, next(iter(solution.meshes.values())).dim == 2
@@ -53,7 +53,7 @@ def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
         name = plain(f"{curve.sites.body}.{part}" if len(solution.meshes) > 1 else part)
         across = curve.sites.along if plane else curve.sites.x[:, 0]
         order = np.flatnonzero(on_surface)[np.argsort(across[on_surface], kind="stable")]
-        style: dict[str, Any] = (
+        style: Keyed = (
             {"lw": 1.2, "ls": LINES[number % len(LINES)]}
             if plane
             else {"ls": "", "marker": ".", "ms": 2.5}

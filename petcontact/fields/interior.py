@@ -16,6 +16,7 @@ from ..given.tables.material import Material
 from ..mesh.boundary_mesh import Batch, BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
+from ..untyped import ArrayLike
 from .joints import joints_of
 from .smoothing import smoothed
 from .stress_state import Field
@@ -36,7 +37,7 @@ Progress = Callable[[float], None]
 
 @functools.singledispatch
 def stress_across(
-    mesh: BoundaryMesh, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
+    mesh: BoundaryMesh, x: Array, u: Array, stress: Array, material: Material, heat: object = 0.0
 ) -> Array:
     """Return the normal stress (m,) along the third axis: σ_zz, or the hoop stress of bodies of
     revolution [stress].
@@ -74,7 +75,7 @@ def _(
     return np.asarray(across + material.young_modulus * mesh.over_radius(x, u[:, 0], radial))
 
 
-def points_in(points: Any, dim: int) -> Array:
+def points_in(points: ArrayLike, dim: int) -> Array:
     """Return points as an array (m, dim).
 
     Raises

@@ -6,7 +6,6 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -59,7 +58,7 @@ class Chart:
 
 
 @functools.singledispatch
-def chart_of(surface: Any, part: str, middle: Array | None = None) -> Chart | None:
+def chart_of(surface: object, part: str, middle: Array | None = None) -> Chart | None:
     """Return the chart of a part of a surface, or None if it has none.
 
     Parameters

@@ -21,6 +21,7 @@ from ..errors import InputError
 from ..record import record
 from ..round_off import SINGLE
 from ..stored import Stored, check_declared, checked, demand_unique, foreign
+from ..untyped import Keyed
 from .surface import Boundary
 
 LARGEST = 16_000_000_000
@@ -250,10 +251,10 @@ def _check_middles(surface: CondensedSurface) -> None:
         )
 
 
-def _loaded(path: Path) -> dict[str, Any]:
+def _loaded(path: Path) -> Keyed:
     """The arrays of a file that the schema names; what they declare is checked before they are
     read."""
-    arrays, sizes = dict[str, Any](), dict[str, int]()
+    arrays, sizes = Keyed(), dict[str, int]()
     with zipfile.ZipFile(path) as archive:
         entries = archive.namelist()
         members = [name for name in SCHEMA if f"{name}.npy" in entries]

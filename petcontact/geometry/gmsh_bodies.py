@@ -9,13 +9,14 @@ import numpy as np
 
 from ..arrays import Mask
 from ..errors import InputError
+from ..untyped import Cells
 from .gmsh_surface import is_surface
 
 FLAT = ("triangle", "quad")
 """Beginnings of the types of plane cells."""
 
 
-def body_of(mesh: Any, file: str, name: str) -> Any:
+def body_of(mesh: Cells, file: str, name: str) -> Any:
     """Return the mesh of one body.
 
     It has the cells of the physical surface and all lines, in space the cells of the physical
@@ -55,13 +56,13 @@ def body_of(mesh: Any, file: str, name: str) -> Any:
     )
 
 
-def bodies_of(mesh: Any) -> dict[str, int]:
+def bodies_of(mesh: Cells) -> dict[str, int]:
     """Return the numbers of the physical surfaces, in space of the physical volumes, by name."""
     dim = 2 + is_surface(mesh)
     return {str(name): int(tag) for name, (tag, own) in mesh.field_data.items() if own == dim}
 
 
-def _kept(mesh: Any, kept: list[Mask]) -> Any:
+def _kept(mesh: Cells, kept: list[Mask]) -> Any:
     """Return the mesh of some cells, with their tags."""
     import meshio
 

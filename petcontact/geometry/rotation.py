@@ -67,7 +67,7 @@ class Motions:
             result[:, i, k], result[:, j, k] = -away[:, j], away[:, i]
         return result
 
-    def modes(self, x: Array, centre: Any = 0.0) -> Array:
+    def modes(self, x: Array, centre: object = 0.0) -> Array:
         """Return the displacement of points (m, d) for the unit rigid motions, (m, d, count)."""
         return self.every(x, centre)[:, :, self.possible]
 

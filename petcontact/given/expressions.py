@@ -79,7 +79,7 @@ _ALLOWED = (
 )
 
 
-def _real(value: Any) -> Array:
+def _real(value: object) -> Array:
     return np.asarray(value, dtype=float)
 
 

@@ -116,7 +116,7 @@ class Given(abc.ABC):
 
 
 @functools.singledispatch
-def as_given(source: Any, key: str) -> Given:
+def as_given(source: object, key: str) -> Given:
     """Return the datum that a number, an expression, a function or an array of nodal values is.
 
     Parameters

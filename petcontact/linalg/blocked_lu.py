@@ -21,6 +21,7 @@ from ..arrays import Array, Index
 from ..errors import SingularMatrixError
 from ..runtime.petsc import petsc
 from ..runtime.ranks import mpi
+from ..untyped import PC, Comm, Vec
 from .row_layout import even_ranges, exchanged, gathered, summed_at, total
 
 TYPE = "petcontact"
@@ -43,13 +44,13 @@ class BlockedLU:
         Numbers of the unknowns that go last.
     """
 
-    def __init__(self, comm: Any, stage: str, last: Index) -> None:
+    def __init__(self, comm: Comm, stage: str, last: Index) -> None:
         self._stage, self._last = stage, last
         self._rank: int = comm.getRank()
         self._ranks: int = comm.getSize()
         self._mpi = mpi(comm)
 
-    def setUp(self, pc: Any) -> None:
+    def setUp(self, pc: PC) -> None:
         """Factorise the matrix of the KSP.
 
         Raises
@@ -193,13 +194,13 @@ class BlockedLU:
         result[self._order] = total(solved, self._mpi)
         return result.reshape(left.shape)
 
-    def apply(self, pc: Any, x: Any, y: Any) -> None:
+    def apply(self, pc: PC, x: Vec, y: Vec) -> None:
         """PETSc asks for A⁻¹ x."""
         rhs = np.array(x.getArray(readonly=True))[None]
         y.setArray(self.combined((self.begun(rhs), np.ones(1)))[self._own])
         petsc().Log.logFlops(float(self._n) ** 2 / self._ranks)
 
-    def view(self, pc: Any, viewer: Any) -> None:
+    def view(self, pc: PC, viewer: Any) -> None:
         """The line of -ksp_view."""
         viewer.printfASCII(
             f"    LU by blocks of {BLOCK} columns, partial pivoting; {len(self._last)} unknowns "
@@ -226,7 +227,7 @@ def _routines() -> tuple[int, int]:
     return factor, product
 
 
-def direct_type(comm: Any) -> str:
+def direct_type(comm: Comm) -> str:
     """The PC that factorises dense matrices: LAPACK's LU on one rank, and where the BLAS of scipy
     takes other integers; else this one."""
     return TYPE if comm.getSize() > 1 and all(_routines()) else "lu"

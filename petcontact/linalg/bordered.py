@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
+from ..untyped import Comm
 from .ksp import SolverFront
 from .matrix_free import Krylov
 
@@ -55,7 +55,7 @@ class BorderedKrylov(SolverFront):
     """
 
     def __init__(
-        self, shape: tuple[int, ...], most: int, prefix: str, comm: Any = None, text: str = ""
+        self, shape: tuple[int, ...], most: int, prefix: str, comm: Comm = None, text: str = ""
     ) -> None:
         self._shape, self._n = shape, math.prod(shape)
         self._size = self._n + most

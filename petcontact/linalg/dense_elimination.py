@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import scipy
@@ -11,6 +11,7 @@ import scipy
 from ..arrays import Array, Index
 from ..errors import SolverError
 from ..record import record
+from ..untyped import Comm
 from .blocked_lu import direct_type
 from .dense_matrix import on_memory
 from .ksp import LinearSolver
@@ -79,7 +80,7 @@ class Elimination:
         contact: Array,
         loads: Array,
         kept: Index,
-        comm: Any,
+        comm: Comm,
         kinds: tuple[Index, Index] | None = None,
     ) -> None:
         self._size, self.influence = len(system), np.zeros((len(kept), len(kept)))
@@ -137,7 +138,7 @@ class Elimination:
 
 
 def _groups(
-    system: Array, contact: Array, kept: Index, unknown: Index, row: Index, comm: Any
+    system: Array, contact: Array, kept: Index, unknown: Index, row: Index, comm: Comm
 ) -> Index:
     """Return the group of each kind: kinds of different groups share no entry. Collective."""
     count = int(unknown.max(initial=0)) + 1
@@ -154,7 +155,7 @@ def _groups(
     return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
 
 
-def _factors(matrix: Array, last: Index, comm: Any) -> LinearSolver:
+def _factors(matrix: Array, last: Index, comm: Comm) -> LinearSolver:
     """Return the solver of a matrix, in whose place its factors go."""
     kind = direct_type(comm)
     solver = LinearSolver(comm, PREFIX, "factor", in_place=True, pc_type=kind, last=last)

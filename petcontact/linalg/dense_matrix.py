@@ -9,10 +9,11 @@ import numpy as np
 from ..arrays import Array
 from ..runtime.petsc import petsc
 from ..runtime.ranks import meet
+from ..untyped import Comm
 from .row_layout import even_ranges
 
 
-def on_memory(columns: Array, size: int, comm: Any) -> Any:
+def on_memory(columns: Array, size: int, comm: Comm) -> Any:
     """A dense PETSc Mat (size, c) on the memory of this rank's rows of it, which are given by
     columns (c, rows); assembled. Collective."""
     count, local = columns.shape
@@ -24,7 +25,7 @@ def on_memory(columns: Array, size: int, comm: Any) -> Any:
     return result
 
 
-def distributed(matrix: Array, comm: Any = None) -> Any:
+def distributed(matrix: Array, comm: Comm = None) -> Any:
     """A dense PETSc Mat (m, n) of an array that every rank has, assembled; PETSc.COMM_WORLD by
     default. Collective."""
     comm = comm if comm is not None else petsc().COMM_WORLD

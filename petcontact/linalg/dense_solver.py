@@ -9,13 +9,14 @@ import numpy as np
 
 from ..arrays import Array
 from ..runtime.ranks import meet
+from ..untyped import Comm
 from .blocked_lu import direct_type
 from .dense_matrix import on_memory
 from .ksp import LinearSolver, SolverFront
 from .row_layout import even_ranges
 
 
-def direct_solver(comm: Any, prefix: str) -> LinearSolver:
+def direct_solver(comm: Comm, prefix: str) -> LinearSolver:
     """A KSP for few right-hand sides of each matrix."""
     return LinearSolver(comm, prefix, "iterate", pc_type=direct_type(comm))
 
@@ -40,7 +41,7 @@ class DenseSolver(SolverFront):
     [1.0, 0.5]
     """
 
-    def __init__(self, comm: Any, prefix: str) -> None:
+    def __init__(self, comm: Comm, prefix: str) -> None:
         self._comm, self._prefix = comm, prefix
         self._matrix: Any = None
         self._solver = direct_solver(comm, prefix)

@@ -13,6 +13,7 @@ from ..arrays import Array, Index
 from ..errors import InputError, SolverError
 from ..runtime.petsc import given_options, options_error, petsc, reason_name, solver_error
 from ..runtime.ranks import meet
+from ..untyped import PC, Comm, Mat, Vec
 from . import blocked_lu
 from .dense_matrix import on_memory
 from .row_layout import everywhere
@@ -86,14 +87,14 @@ class LinearSolver:
 
     def __init__(
         self,
-        comm: Any,
+        comm: Comm,
         prefix: str,
         stage: str,
         *,
         in_place: bool = False,
         ksp_type: str = "preonly",
         pc_type: str = "lu",
-        context: Any = None,
+        context: object = None,
         last: Index | None = None,
     ) -> None:
         self.stage, self.iterations, self.reason = stage, 0, 0
@@ -148,7 +149,7 @@ class LinearSolver:
             ksp.setFromOptions()
         self._prepare(pc, ksp.getType() == "preonly")
 
-    def _prepare(self, pc: Any, alone: bool) -> None:
+    def _prepare(self, pc: PC, alone: bool) -> None:
         """An LU for what PETSc has none of, or in the place of a matrix that nothing else needs."""
         name, database = pc.getType(), petsc().Options(self._prefix)
         several = self._comm.getSize() > 1
@@ -167,7 +168,7 @@ class LinearSolver:
                 # petsc4py has no call for it
                 ctypes.CDLL(petsc().__file__).PCFactorSetUseInPlace(ctypes.c_void_p(pc.handle), 1)
 
-    def set_operator(self, matrix: Any) -> None:
+    def set_operator(self, matrix: Mat) -> None:
         """Solve with this matrix from now on; LU is computed at the next solve."""
         self.ksp.setOperators(matrix)
 
@@ -182,7 +183,7 @@ class LinearSolver:
             for vector in vectors:
                 vector.destroy()
 
-    def solve(self, rhs: Any, solution: Any) -> None:
+    def solve(self, rhs: Vec, solution: Vec) -> None:
         """operator · solution = rhs."""
         self._guard(lambda: self.ksp.solve(rhs, solution))
         self.iterations = self.ksp.getIterationNumber()
@@ -226,7 +227,7 @@ class LinearSolver:
         parts = [begun.T @ y for begun, y in pairs]
         return everywhere(np.sum(parts, axis=0), self._comm)
 
-    def owned(self, item: Any) -> Any:
+    def owned(self, item: object) -> Any:
         """A PETSc object that lives as long as this solver."""
         self._owned.append(item)
         return item

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..runtime.petsc import petsc
+from ..untyped import PC, Comm, Mat, Vec
 from .ksp import LinearSolver, SolverFront
 from .row_layout import even_ranges, everywhere
 
@@ -33,7 +34,7 @@ class Krylov(SolverFront):
     """
 
     def __init__(
-        self, shape: tuple[int, ...], prefix: str, comm: Any = None, text: str = ""
+        self, shape: tuple[int, ...], prefix: str, comm: Comm = None, text: str = ""
     ) -> None:
         comm, size = petsc().COMM_SELF if comm is None else comm, math.prod(shape)
         self._shape, self._prefix, self._text = shape, prefix, text
@@ -49,15 +50,15 @@ class Krylov(SolverFront):
         matrix.setUp()
         self._matrix = self._solver.owned(matrix)
 
-    def mult(self, matrix: Any, x: Any, y: Any) -> None:
+    def mult(self, matrix: Mat, x: Vec, y: Vec) -> None:
         """The matrix of type python."""
         y.setArray(self._product(self._whole(x)).ravel()[self._own])
 
-    def apply(self, pc: Any, x: Any, y: Any) -> None:
+    def apply(self, pc: PC, x: Vec, y: Vec) -> None:
         """The preconditioner of type python."""
         y.setArray(self._precondition(self._whole(x)).ravel()[self._own])
 
-    def view(self, matrix: Any, viewer: Any) -> None:
+    def view(self, matrix: Mat, viewer: Any) -> None:
         """The line of -ksp_view."""
         viewer.printfASCII(f"    {self._text}\n")
 

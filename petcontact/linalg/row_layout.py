@@ -5,12 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ..arrays import AnyArray, Array, Index
 from ..runtime.ranks import mpi
+from ..untyped import Comm
 
 Range = tuple[int, int]
 TOGETHER = 100
@@ -23,7 +23,7 @@ def even_ranges(count: int, size: int) -> list[Range]:
     return list(itertools.pairwise(rank * each + min(rank, more) for rank in range(size + 1)))
 
 
-def everywhere(local: Array, comm: Any) -> Array:
+def everywhere(local: Array, comm: Comm) -> Array:
     """All rows (n, ...) on every rank, from each rank's. Collective."""
     ranks = mpi(comm)
     if ranks is None:
@@ -31,13 +31,13 @@ def everywhere(local: Array, comm: Any) -> Array:
     return gathered(local, ranks)
 
 
-def summed(values: Array, comm: Any) -> Array:
+def summed(values: Array, comm: Comm) -> Array:
     """The sum of the values of all ranks, on every rank. Collective."""
     ranks = mpi(comm)
     return values if ranks is None else total(values, ranks)
 
 
-def gathered(local: AnyArray, world: Any) -> AnyArray:
+def gathered(local: AnyArray, world: Comm) -> AnyArray:
     """The rows (m, ...) of all ranks of an mpi4py communicator, one below another. Collective.
 
     Arrays go from rank to rank as they are: a pickled copy takes their memory twice, and mpi4py
@@ -49,21 +49,21 @@ def gathered(local: AnyArray, world: Any) -> AnyArray:
     return rows
 
 
-def total(values: Array, world: Any) -> Array:
+def total(values: Array, world: Comm) -> Array:
     """The sum of the arrays of all ranks of an mpi4py communicator. Collective."""
     result = np.empty_like(values, order="C")
     world.Allreduce(np.ascontiguousarray(values), result)
     return result
 
 
-def summed_at(root: int, values: Array, world: Any) -> Array:
+def summed_at(root: int, values: Array, world: Comm) -> Array:
     """The sum of the arrays of all ranks on one of them; nothing of use on others. Collective."""
     result = np.empty_like(values)
     world.Reduce(values, result, root=root)
     return result
 
 
-def exchanged(columns: Array, owners: Sequence[Index], world: Any) -> Array:
+def exchanged(columns: Array, owners: Sequence[Index], world: Comm) -> Array:
     """This rank's columns with all of their rows, (c', n), out of its rows of all columns (c,
     rows). Collective.
 

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from ..errors import ResultError
+from ..untyped import Group
 from .boundary_mesh import BoundaryMesh
 from .curve_mesh import CurveMesh, as_curve
 from .panels import HIGHEST_ORDER
@@ -20,7 +21,7 @@ CURVE_ARRAYS, CURVE_OPTIONAL = ("curvature", "order", "part", "line", "side_star
 SURFACE_ARRAYS, SURFACE_OPTIONAL = ("order", "part"), ("middles",)
 
 
-def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
+def write_mesh(group: Group, mesh: BoundaryMesh) -> None:
     """Write the vertices, the elements and the other arrays of a mesh."""
     _write(mesh, group)
     group.create_dataset(
@@ -35,7 +36,7 @@ def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
 
 
 @functools.singledispatch
-def _write(mesh: Any, group: Any) -> None:
+def _write(mesh: Any, group: Group) -> None:
     vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
     group["vertices"] = vertices
     group["elements"] = numbers.reshape(2, -1).T
@@ -44,7 +45,7 @@ def _write(mesh: Any, group: Any) -> None:
 
 
 @_write.register
-def _(mesh: SurfaceMesh, group: Any) -> None:
+def _(mesh: SurfaceMesh, group: Group) -> None:
     flat = np.concatenate([mesh.corners, mesh.middles], axis=1).reshape(-1, 3)
     real = ~np.isnan(flat[:, 0])
     vertices, numbers = np.unique(flat[real], axis=0, return_inverse=True)
@@ -58,7 +59,7 @@ def _(mesh: SurfaceMesh, group: Any) -> None:
         group[key] = getattr(mesh, key)
 
 
-def read_mesh(group: Any, source: str) -> BoundaryMesh:
+def read_mesh(group: Group, source: str) -> BoundaryMesh:
     """Return the mesh of a group.
 
     Raises

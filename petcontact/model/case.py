@@ -12,6 +12,7 @@ from ..given.tables.base import Model, parse
 from ..given.tables.solver_options import Bem, MeshOptions, Method
 from ..runtime.file_kinds import known_kind, like
 from ..runtime.hints import demand_name
+from ..untyped import Keyed
 from .problem import OneBody, Problem
 from .toml_text import DEEPEST, parse_toml
 from .variables import with_values
@@ -19,7 +20,7 @@ from .variables import with_values
 LARGEST_FILE = 4_000_000
 
 
-def read_toml(path: str | Path, own: Sequence[str] = ("material", "body")) -> dict[str, Any]:
+def read_toml(path: str | Path, own: Sequence[str] = ("material", "body")) -> Keyed:
     """The plain content of a TOML file, of a problem where no other keys are its own.
 
     Raises
@@ -69,9 +70,7 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Proble
     return parse_problem(read_toml(path), str(path), overrides or {}, Path(path).parent)
 
 
-def parse_problem(
-    data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path
-) -> Problem:
+def parse_problem(data: Keyed, source: str, overrides: Mapping[str, Any], folder: Path) -> Problem:
     """A problem from plain data, whose files are relative to `folder`, those of the overrides to
     where the program runs."""
     data = files_in(data, folder)
@@ -125,7 +124,7 @@ def whole_key(key: str) -> str:
     )
 
 
-def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
+def set_key(data: Keyed, key: str, value: object, source: str) -> None:
     """Set a dotted key in plain data, making the tables on the way; numbers count entries, as in
     `boundary.0.value`."""
     *tables, last = key.split(".")

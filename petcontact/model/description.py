@@ -119,7 +119,7 @@ def law_text(law: Contact | Pair | Law) -> str:
     return ", ".join([law.normal, *(given or ["frictionless"] * (law.normal != "bonded"))])
 
 
-def value_text(value: Any) -> str:
+def value_text(value: object) -> str:
     """A number, an expression or a few of them; a function, a long expression or an array of many
     values by its kind."""
     if isinstance(value, Given | None):

@@ -69,7 +69,7 @@ def _in_steps(
     return replace(side, laws=tuple(laws))
 
 
-def _changed(side: PosedInterface, key: str, change: Any) -> Iterator[tuple[str, Any]]:
+def _changed(side: PosedInterface, key: str, change: object) -> Iterator[tuple[str, Any]]:
     """What a step changes of a law."""
     for name in (*PLACED, "preload"):
         value = getattr(change, name)

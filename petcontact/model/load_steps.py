@@ -12,6 +12,7 @@ from ..errors import InputError, the_body
 from ..given.posed import HOLD
 from ..given.tables.base import Expression, Finite, Model, Vector, whole_or_auto
 from ..runtime.hints import among, demand_name
+from ..untyped import Keyed
 from .bodies import Body, Displacement, Periodic, Traction
 from .loads import LoadsChange, check_material
 from .obstacles import LaterMotions, Loads, Motions, MovedObstacle, Obstacle
@@ -131,7 +132,7 @@ class ObstacleChange(Model):
             HOLD in (value if isinstance(value, tuple) else (value,)) for value in held
         )
 
-    def changes(self) -> dict[str, Any]:
+    def changes(self) -> Keyed:
         """Values by the key of the obstacle that they change; `by` is 0 where none is given."""
         keys = ("displacement", "rotation", "force", "moment")
         given = {key: value for key in keys if (value := getattr(self, key)) is not None}
@@ -396,7 +397,7 @@ def changed_obstacles(obstacles: Sequence[Obstacle], step: Step) -> list[Obstacl
     return [_changed(obstacle, changes.get(obstacle.name, {"by": 0.0})) for obstacle in obstacles]
 
 
-def _changed(obstacle: Obstacle, changes: dict[str, Any]) -> Obstacle:
+def _changed(obstacle: Obstacle, changes: Keyed) -> Obstacle:
     """Return an obstacle in a step; `by` is of one step only."""
     if changes == {"by": 0.0} and not isinstance(obstacle, MovedObstacle):
         return obstacle

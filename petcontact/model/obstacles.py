@@ -60,7 +60,7 @@ Loads = Annotated[float | tuple[float, ...], _components("a finite number")]
 """A number for every component, or an array of them."""
 
 
-def spread(value: Any, count: int, key: str) -> list[Any]:
+def spread(value: object, count: int, key: str) -> list[Any]:
     """The `count` components of a vector that is given by them, or by one number where this is 0 or
     "free".
 
@@ -218,7 +218,7 @@ class Obstacle(Model):
         """Force and moment, component by component; errors as of `motions`."""
         return self._along("force", kind, 0.0) + self._each("moment", len(kind.planes))
 
-    def _along(self, key: str, kind: Kind, *still: Any) -> list[Any]:
+    def _along(self, key: str, kind: Kind, *still: object) -> list[Any]:
         """The components of a vector, of which those across an axis of revolution are 0."""
         values = self._each(key, kind.dim)
         for axis in kind.across:

@@ -26,7 +26,7 @@ class Onward(Displacement):
     onward: tuple[bool, ...] = pydantic.Field(kw_only=True)
 
 
-def at_rest(condition: Any) -> Any:
+def at_rest(condition: object) -> Any:
     """Return a condition in a later step that does not change it: what went on stays."""
     if not isinstance(condition, Onward):
         return condition
@@ -102,7 +102,7 @@ def ways_of(value: Values | None, by: Values | None) -> tuple[Values, Values]:
     return value, _where("free", by, (0.0,) * len(by), by)
 
 
-def check_by(key: str, value: Any, by: Any) -> None:
+def check_by(key: str, value: object, by: object) -> None:
     """Refuse `by` for components that do not go on from where they are.
 
     Raises

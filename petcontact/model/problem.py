@@ -201,13 +201,15 @@ class Problem(Setting):
         ) -> None: ...
 
     @classmethod
-    def spelling(cls, data: Any) -> type[Model]:
+    def spelling(cls, data: object) -> type[Model]:
         """Return the class whose keys the data have: `OneBody` without [[body]]."""
         return OneBody if isinstance(data, dict) and "body" not in data else cls
 
     @pydantic.model_validator(mode="wrap")
     @classmethod
-    def _with_bodies(cls, data: Any, build: pydantic.ModelWrapValidatorHandler[Problem]) -> Problem:
+    def _with_bodies(
+        cls, data: object, build: pydantic.ModelWrapValidatorHandler[Problem]
+    ) -> Problem:
         """What is said of one body moved into a [[body]]; where that is refused, `OneBody` names
         keys as they were given."""
         if not isinstance(data, dict):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
 from ..given.tables.base import Model
 from ..given.tables.model_tree import models_below
+from ..untyped import Keyed
 
 ENTRY = re.compile(
     r"^(\w[\w, ]*) : .*?(?:, in ((?:2D|axial|3D)(?:, \w+)*))?\n((?:[ \t]+.*\n|\n)*)", re.MULTILINE
@@ -30,7 +30,7 @@ def described(cls: type[Model]) -> dict[str, tuple[str, str]]:
     return result
 
 
-def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
+def json_schema(models: dict[str, type[Model]]) -> Keyed:
     """The JSON Schema of a file, with the descriptions of the docstrings.
 
     Parameters
@@ -46,7 +46,7 @@ def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
         for name, (text, _) in described(model).items():
             if name in entry["properties"]:
                 entry["properties"][name]["description"] = text
-    chosen: dict[str, Any] = {}
+    chosen: Keyed = {}
     for key, model in reversed(models.items()):
         this = keys[model, "validation"]
         chosen = {"if": {"required": [key]}, "then": this, "else": chosen} if key else this

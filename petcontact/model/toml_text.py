@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import tomllib
-from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..runtime.hints import NUMBER, number_refused
+from ..untyped import Keyed
 
 DEEPEST = 16
 """Levels of arrays and tables, and parts of a dotted key: what tomllib does with more grows with
@@ -43,7 +43,7 @@ WITH_UNIT = re.compile(rf"[=\[,]\s*({NUMBER}\s*[A-Za-zµ°%][\w/*^²³·%]*)\s*(
 LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
 
 
-def parse_toml(text: str, source: str) -> dict[str, Any]:
+def parse_toml(text: str, source: str) -> Keyed:
     """The plain content of a TOML text.
 
     Raises

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..given.posed import HOLD
 from ..given.tables.base import Model
+from ..untyped import Keyed
 from .bodies import Displacement, Periodic, Traction
 from .load_steps import BoundaryChange, ObstacleChange, PointForceChange
 from .loads import PointForce
@@ -40,7 +41,7 @@ def is_twisted(problem: Any) -> bool:
     return False
 
 
-def with_third_components(problem: Any) -> dict[str, Any]:
+def with_third_components(problem: Any) -> Keyed:
     """Bodies, obstacles and steps of a problem with torsion; a third component that is not given
     is 0."""
     jumps = {c.part for body in problem.body for c in body.boundary if isinstance(c, Periodic)}

@@ -15,13 +15,14 @@ from ..given.expressions import FUNCTIONS, parse_expression, plain_value
 from ..given.tables.mistakes import WORD, shown
 from ..given.tables.model_tree import models_below
 from ..runtime.hints import number_refused
+from ..untyped import Keyed
 
 TAKEN = frozenset(("x", "y", "z", "nx", "ny", "nz", "s", "pi", "e", *FUNCTIONS))
 """Names that expressions know already."""
 WORDS = re.compile(r"(?<![\w.])[^\W\d]\w*")
 
 
-def with_values(data: dict[str, Any], models: tuple[Any, ...], source: str) -> dict[str, Any]:
+def with_values(data: Keyed, models: tuple[Any, ...], source: str) -> Keyed:
     """Return plain data whose numbers are no expressions of variables any more.
 
     Parameters
@@ -71,7 +72,7 @@ def _numeric(models: tuple[Any, ...]) -> frozenset[str]:
     )
 
 
-def _walked(table: Any, values: Mapping[str, float], keys: frozenset[str]) -> Any:
+def _walked(table: object, values: Mapping[str, float], keys: frozenset[str]) -> Any:
     """The data with the values of expressions; `keys` are those that take numbers."""
     if isinstance(table, list):
         return [_walked(each, values, keys) for each in table]
@@ -83,7 +84,7 @@ def _walked(table: Any, values: Mapping[str, float], keys: frozenset[str]) -> An
     }
 
 
-def _in_numbers(value: Any, values: Mapping[str, float], keys: frozenset[str]) -> Any:
+def _in_numbers(value: object, values: Mapping[str, float], keys: frozenset[str]) -> Any:
     if isinstance(value, list):
         return [_in_numbers(each, values, keys) for each in value]
     if isinstance(value, dict):

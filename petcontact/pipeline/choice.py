@@ -18,6 +18,7 @@ from ..mesh.surface_mesh import SurfaceMesh
 from ..record import record
 from ..runtime.memory import physical_memory
 from ..runtime.petsc import given_options, option
+from ..untyped import Keyed
 
 LARGEST = 12_000
 """Nodes up to which a compression that went wrong is replaced by dense operators (4.6 GB)."""
@@ -349,7 +350,7 @@ def resolved_bem(bem: Bem) -> Bem:
     if not names:
         return bem
     given = {name: option(f"bem_{name}") or "" for name in names}
-    values: dict[str, Any] = {**bem.model_dump()}
+    values: Keyed = {**bem.model_dump()}
     for name, text in given.items():
         try:
             values[name] = (

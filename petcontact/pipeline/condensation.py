@@ -22,6 +22,7 @@ from ..runtime.atomic_write import temporary_name, write_text
 from ..runtime.hints import demand_name
 from ..runtime.petsc import options
 from ..runtime.world import world
+from ..untyped import Comm, Keyed
 from .eliminate import eliminated_alone
 from .pose.discretise import Discrete, with_volume_loads
 from .pose.load_states import boundary_data
@@ -49,7 +50,7 @@ class CondensedBody:
     name: str
     x: Array
     weight: Array
-    arrays: dict[str, Any]
+    arrays: Keyed
 
     def stiffness(self) -> Array:
         """Nodal forces (d n, d n) for displacements: the symmetric part of W S⁻¹, on what rigid
@@ -115,7 +116,7 @@ def superelement_format(path: str | Path) -> str:
 
 
 def condensed_body(
-    solution: SolutionData, name: str | None = None, comm: Any = None
+    solution: SolutionData, name: str | None = None, comm: Comm = None
 ) -> CondensedBody:
     """A body of a solution on its mesh, condensed to its contact parts, whose nodes may carry
     tractions in all directions.
@@ -188,7 +189,7 @@ def _free_face(mesh: BoundaryMesh, body: int, part: str) -> Interface:
     return Interface(part, body, nodes, normal, directions, np.zeros(len(nodes)))
 
 
-def _faces(mesh: BoundaryMesh, parts: list[str]) -> dict[str, Any]:
+def _faces(mesh: BoundaryMesh, parts: list[str]) -> Keyed:
     """The elements of some parts, as a superelement's file has them."""
     chosen = np.flatnonzero(np.isin(mesh.part, [mesh.part_names.index(part) for part in parts]))
     corners, more = _corners(mesh, chosen)
@@ -209,13 +210,13 @@ def _faces(mesh: BoundaryMesh, parts: list[str]) -> dict[str, Any]:
 
 
 @functools.singledispatch
-def _corners(mesh: Any, chosen: Index) -> tuple[Array, dict[str, Any]]:
+def _corners(mesh: Any, chosen: Index) -> tuple[Array, Keyed]:
     """Corners of elements, and middles of sides, and what else describes elements of a curve."""
     return np.concatenate([mesh.corners[chosen], mesh.middles[chosen]], axis=1), {}
 
 
 @_corners.register
-def _(mesh: CurveMesh, chosen: Index) -> tuple[Array, dict[str, Any]]:
+def _(mesh: CurveMesh, chosen: Index) -> tuple[Array, Keyed]:
     more = {key: getattr(mesh, key)[chosen] for key in ("curvature", "line", "side_start")}
     more["unit_length"] = np.array(mesh.unit_length)
     more["axial"] = np.array(int(isinstance(mesh, RingMesh)))

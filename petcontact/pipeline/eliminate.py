@@ -18,6 +18,7 @@ from ..errors import InputError, SolverError
 from ..geometry.condensed_surface import CondensedSurface
 from ..geometry.surface import Boundary
 from ..given.tables.solver_options import Bem
+from ..untyped import Comm
 from .choice import (
     LARGEST,
     check_memory,
@@ -57,7 +58,7 @@ def silent(share: float) -> None:
 
 
 def eliminated(
-    discrete: Discrete, comm: Any, cases: int = 1, announce: Announce | None = None
+    discrete: Discrete, comm: Comm, cases: int = 1, announce: Announce | None = None
 ) -> BodiesSystem:
     """Eliminate the bodies and compose them; the same on every rank.
 
@@ -152,28 +153,28 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
     return operators, discrete.motions[number]
 
 
-def eliminated_alone(discrete: Discrete, number: int, comm: Any) -> ElasticBody:
+def eliminated_alone(discrete: Discrete, number: int, comm: Comm) -> ElasticBody:
     """One body by dense operators, or as it is given."""
     return _alone(discrete.boundaries[number], *operators_of(discrete, number), comm)
 
 
 @functools.singledispatch
 def _alone(
-    boundary: Boundary, operators: BoundaryOperators, modes: Array, comm: Any
+    boundary: Boundary, operators: BoundaryOperators, modes: Array, comm: Comm
 ) -> ElasticBody:
     return DenseBody(operators, modes, comm)
 
 
 @_alone.register
 def _(
-    boundary: CondensedSurface, operators: BoundaryOperators, modes: Array, comm: Any
+    boundary: CondensedSurface, operators: BoundaryOperators, modes: Array, comm: Comm
 ) -> ElasticBody:
     from ..compliance.body.superelement import SuperelementBody
 
     return SuperelementBody(operators, boundary)
 
 
-def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
+def _full(discrete: Discrete, bem: Bem, comm: Comm) -> ElasticBody:
     from ..compliance.body.full import FullBody
 
     operators, modes = operators_of(discrete, 0)
@@ -195,7 +196,7 @@ def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
 
 
 def _compressed(
-    discrete: Discrete, number: int, bem: Bem, comm: Any, progress: Callable[[float], None]
+    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Callable[[float], None]
 ) -> ElasticBody | None:
     """A body on compressed operators; None where dense ones are predicted, or found, to do
     better."""
@@ -208,7 +209,7 @@ def _compressed(
 
 
 def _by_hmatrix(
-    discrete: Discrete, number: int, bem: Bem, comm: Any, progress: Callable[[float], None]
+    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Callable[[float], None]
 ) -> ElasticBody | None:
     from ..compliance.hierarchical.body import HierarchicalBody
 
@@ -216,7 +217,7 @@ def _by_hmatrix(
 
 
 def _by_hodlr(
-    discrete: Discrete, number: int, bem: Bem, comm: Any, progress: Callable[[float], None]
+    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Callable[[float], None]
 ) -> ElasticBody | None:
     from ..compliance.body.hodlr import HodlrBody
 

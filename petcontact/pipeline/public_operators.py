@@ -26,6 +26,7 @@ from ..results.records import BodyResult
 from ..runtime.petsc import options
 from ..runtime.ranks import begin_together
 from ..runtime.world import world
+from ..untyped import ArrayLike, Comm, Keyed
 from .eliminate import eliminated, eliminated_alone
 from .pose.discretise import Discrete, discretise
 from .run import described
@@ -80,7 +81,9 @@ class BodyOperators:
                 whole[:, :, batch.nodes] = kernel.transpose(3, 0, 2, 1)
         return single.reshape(d * n, -1) / operators.traction_scale, double.reshape(d * n, -1)
 
-    def solve(self, sigma: Any = None, state: int = -1, alpha: Any = None) -> tuple[Array, Array]:
+    def solve(
+        self, sigma: ArrayLike = None, state: int = -1, alpha: Any = None
+    ) -> tuple[Array, Array]:
         """Displacement [length] and traction [stress] (n, d) on the boundary under the loads and
         given contact tractions.
 
@@ -106,7 +109,7 @@ class BodyOperators:
         )
 
     def state_at(
-        self, points: Any, u: Array, traction: Array, step: int | None = None
+        self, points: ArrayLike, u: Array, traction: Array, step: int | None = None
     ) -> StressState:
         """Displacement and stress at points (q, d) inside or on the boundary, with the loads inside
         of the body at the end of a step, the last one by default; see `Solution.state_at`."""
@@ -115,7 +118,7 @@ class BodyOperators:
         shares = {step or len(body.loads): 1.0}
         return BodyFields(body, mesh, BodyResult(u, traction), volume, elsewhere, shares).at(points)
 
-    def petsc(self, name: str, comm: Any = None) -> Any:
+    def petsc(self, name: str, comm: Comm = None) -> Any:
         """G, H or S of the contact directions as a dense PETSc Mat by rows over the ranks.
 
         Raises
@@ -203,7 +206,7 @@ class Operators:
             raise InputError(f"body: there are several, .bodies has {', '.join(self.bodies)}")
         return next(iter(self.bodies.values()))
 
-    def apply(self, sigma: Any) -> Array:
+    def apply(self, sigma: ArrayLike) -> Array:
         """S σ, (M, k) [length], without forming S."""
         if self._system is None:
             raise InputError("apply: no part is in contact")
@@ -211,7 +214,7 @@ class Operators:
             self._system.operator.apply(np.asarray(sigma, dtype=float).reshape(len(self.x), -1))
         )
 
-    def petsc(self, name: str = "S", comm: Any = None) -> Any:
+    def petsc(self, name: str = "S", comm: Comm = None) -> Any:
         """S as a dense PETSc Mat by rows over the ranks."""
         return distributed(_named(name, {"S": lambda: self.S}), comm)
 
@@ -221,7 +224,7 @@ class Operators:
             self._system.close()
 
 
-def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
+def operators(problem: Problem | str | Path, comm: Comm = None) -> Operators:
     """The operators of a problem, of any dimension, number of bodies and kind of contact, or
     without contact.
 
@@ -342,7 +345,7 @@ def _of(
     )
 
 
-def _named(name: str, there: dict[str, Any]) -> Array:
+def _named(name: str, there: Keyed) -> Array:
     if name not in there:
         raise InputError(f"no operator {name!r}; there are {', '.join(there)}")
     matrix = there[name]()

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..contact.methods.registry import method_of
+from ..contact.law_protocol import GivenLaw
+from ..contact.methods.registry import GivenMethod, method_of
 from ..contact.rho_rules import Rule
 from ..errors import SolverError
 from ..given.tables.solver_options import Method
@@ -26,6 +27,7 @@ from ..runtime.ranks import demand_same, meet
 from ..runtime.signals import BrokenOff
 from ..runtime.terminal import printable
 from ..runtime.world import world
+from ..untyped import Comm, Keyed
 from .eliminate import Announce, eliminated
 from .judge.increments import rough_step
 from .judge.solutions import findings_of, reached
@@ -40,12 +42,12 @@ from .steps.step_loop import increments
 
 def prepare(
     problem: Problem,
-    comm: Any = None,
+    comm: Comm = None,
     discrete: Discrete | None = None,
     *,
-    method: Any = None,
+    method: GivenMethod | None = None,
     rule: Rule | None = None,
-    law: Any = None,
+    law: GivenLaw | None = None,
     cases: int = 1,
     announce: Announce | None = None,
 ) -> PreparedProblem:
@@ -93,7 +95,7 @@ def prepare(
     return prepared
 
 
-def described(problem: Problem, **given: Any) -> dict[str, Any]:
+def described(problem: Problem, **given: object) -> Keyed:
     """Return a problem, and what is given for its solve, as plain values that ranks compare."""
     table = tomllib.loads(problem.toml())
     for key, value in given.items():
@@ -116,7 +118,7 @@ def _numbers(discrete: Discrete) -> dict[str, float]:
     return {key: float(f"{np.linalg.norm(array):.6g}") for key, array in finite.items()}
 
 
-def _named(method: Any, rule: Any) -> dict[str, str]:
+def _named(method: GivenMethod | None, rule: Rule | None) -> dict[str, str]:
     """What a method and a rule over those of the problem are called in results."""
     given = {"method": method if rule is None or method is not None else "projection", "rule": rule}
     return {

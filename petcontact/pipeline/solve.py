@@ -11,6 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..contact.law_protocol import GivenLaw
+from ..contact.methods.registry import GivenMethod
 from ..contact.rho_rules import Rule
 from ..errors import InputError
 from ..given.tables.solver_options import Method
@@ -21,6 +23,7 @@ from ..results.solution import Solution
 from ..runtime.petsc import unused_options
 from ..runtime.petsc_options import refused_in_config
 from ..runtime.ranks import alone, shared_solve
+from ..untyped import Comm, Keyed
 from .adapt.budget import Callbacks, Reached
 from .adapt.fixed_mesh import with_estimate
 from .eliminate import Announce
@@ -33,11 +36,11 @@ LOG = logging.getLogger(__name__)
 def solve(
     problem: Problem | str | Path,
     *,
-    method: Any = None,
+    method: GivenMethod | None = None,
     rule: Rule | None = None,
-    law: Any = None,
+    law: GivenLaw | None = None,
     petsc_options: Mapping[str, Any] | None = None,
-    comm: Any = None,
+    comm: Comm = None,
     monitor: Monitor | None = None,
     announce: Announce | None = None,
     reached: Callable[[Reached], None] | None = None,
@@ -127,7 +130,12 @@ def solve(
 
 
 def _solved(
-    problem: Problem, method: Any, rule: Rule | None, law: Any, comm: Any, callbacks: Callbacks
+    problem: Problem,
+    method: GivenMethod | None,
+    rule: Rule | None,
+    law: GivenLaw | None,
+    comm: Comm,
+    callbacks: Callbacks,
 ) -> Solution:
     monitor, announce, reached = callbacks
     if adapts_itself(problem):
@@ -166,7 +174,9 @@ def adapts_itself(problem: Problem) -> bool:
 
 
 def posed(
-    problem: Problem | str | Path, method: Any, petsc_options: Mapping[str, Any] | None
+    problem: Problem | str | Path,
+    method: GivenMethod | None,
+    petsc_options: Mapping[str, Any] | None,
 ) -> tuple[Problem, Any]:
     """The problem with a method and options over its own, and the method where that is no table."""
     if isinstance(problem, str | Path):
@@ -176,7 +186,7 @@ def posed(
             f"a Problem or the name of a TOML file is expected, got {type(problem).__name__}"
         )
     problem = validated(problem)
-    changes: dict[str, Any] = {}
+    changes: Keyed = {}
     if isinstance(method, str):
         method = Method(**{**problem.method.model_dump(exclude_unset=True), "name": method})
     if isinstance(method, Method):

@@ -25,6 +25,7 @@ from ..mesh.panelling import box_mesh, facet_mesh, round_mesh
 from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.ring_mesh import RingMesh
 from ..mesh.surface_mesh import SurfaceMesh
+from ..untyped import Keyed
 from .marks import default_mesh
 
 PANELS = 4
@@ -65,7 +66,7 @@ def resized(body: Body, boundary: Boundary, doublings: int) -> Body:
         order = _order(options) - doublings
         if not 0 <= order <= HIGHEST_ORDER:
             raise InputError(f"mesh.order: panels in space have order 0 to {HIGHEST_ORDER}")
-        changes: dict[str, Any] = {"order": order}
+        changes: Keyed = {"order": order}
     else:
         factor = 2.0**doublings
         changes = {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..record import record
 from ..round_off import SINGLE
 from ..runtime.hints import demand_name, nearest
+from ..untyped import ArrayLike
 from .records import BodyResult
 
 
@@ -135,7 +135,7 @@ class BodyFields:
 
     def at(
         self,
-        points: Any,
+        points: ArrayLike,
         part: str | None = None,
         progress: Progress | None = None,
         outside: float | None = None,
@@ -165,7 +165,7 @@ class BodyFields:
 
 def states_at(
     increments: Sequence[BodyFields],
-    points: Any,
+    points: ArrayLike,
     part: str | None = None,
     progress: Progress | None = None,
     outside: float | None = None,

@@ -20,6 +20,7 @@ from ..contact.law_protocol import OPEN, SLIP, STICK
 from ..fields.boundary.places import sizes, spread_places
 from ..linalg.nearest import within
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..record import record, replace
 from ..refinement.contact_edges import SPECK, Edge, edges
@@ -80,7 +81,11 @@ def _from_an_open_place(pair: PairResult, order: Index) -> tuple[Index, Array, f
 
 
 def areas(
-    mesh: Any, nodes: Index, pair: PairResult, compliance: float, elements: Sequence[int] = ()
+    mesh: BoundaryMesh,
+    nodes: Index,
+    pair: PairResult,
+    compliance: float,
+    elements: Sequence[int] = (),
 ) -> list[tuple[float, float]]:
     """Areas, in the plane lengths, of what is closed and of what slips, each with how far it may be
     off on this mesh: what the elements of its edges hold between two nodes [area].
@@ -115,7 +120,7 @@ def areas(
 
 
 def hidden_slip(
-    mesh: Any, nodes: Index, pair: PairResult, compliance: float, elements: Sequence[int]
+    mesh: BoundaryMesh, nodes: Index, pair: PairResult, compliance: float, elements: Sequence[int]
 ) -> tuple[float, float, float, float]:
     """The area that may slip at an end of stick though no node slips, how far it slips, the energy
     that it takes, and what q reaches there: g where stress has no bound.
@@ -166,7 +171,7 @@ class _Contact:
     endless: Mask
 
 
-def _pressed(mesh: Any, contact: _Contact) -> Array:
+def _pressed(mesh: BoundaryMesh, contact: _Contact) -> Array:
     """The share of each element in which p, as a function, is not negative; 1 where it may pull."""
     nodes, pair, numbers = contact.nodes, contact.pair, contact.numbers
     whole, least = np.zeros(mesh.n_nodes), np.full(mesh.n_elements, np.inf)
@@ -201,7 +206,7 @@ def _shares(mesh: Any, contact: _Contact, inside: Mask, share: Array) -> tuple[A
     return np.where(whole, found / mesh.length[numbers], share), _at_end(mesh, contact, share)
 
 
-def _at_end(mesh: Any, contact: _Contact, share: Array) -> Mask:
+def _at_end(mesh: CurveMesh, contact: _Contact, share: Array) -> Mask:
     """Which elements end at an edge that is known to a node only.
 
     An edge in an element of one state follows from its tractions, as well as these are known, but

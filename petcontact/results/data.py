@@ -16,6 +16,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..record import field, record, replace
 from ..refinement.zones import Zone, zones_of
 from ..runtime.hints import Listed
+from ..untyped import Keyed
 from .evaluated import Evaluated
 from .numbers.errors import with_errors
 from .numbers.number import Number
@@ -121,7 +122,7 @@ class SolutionData(Evaluated):
         )
         return before * len(steps) + step.step - 1 + step.load_factor
 
-    def columns(self, step: StepResult | None = None) -> dict[str, Any]:
+    def columns(self, step: StepResult | None = None) -> Keyed:
         """Nodal fields of all interfaces after an increment, the last one by default, below one
         another.
 
@@ -134,7 +135,7 @@ class SolutionData(Evaluated):
             node.
         """
         step = step or self.last
-        columns = list[dict[str, Any]]()
+        columns = list[Keyed]()
         for name, pair in step.pairs.items():
             body, part = self.sides[name]
             nodes, names = self.nodes[name], {"part": part, "body": body, "pair": name}
@@ -197,7 +198,7 @@ class SolutionData(Evaluated):
         contact = self.contact
         return float(contact.weight[contact.sigma_n > 0.0].sum() / contact.weight.sum())
 
-    def reactions(self, step: StepResult | int | None = None) -> dict[str, Any]:
+    def reactions(self, step: StepResult | int | None = None) -> Keyed:
         """Resultant of the tractions on each part after an increment, the last one by default, (d,)
         each [stress · length, in space · area].
 
@@ -265,7 +266,7 @@ class SolutionData(Evaluated):
         )
 
 
-def _once(table: dict[str, Any]) -> dict[str, Any]:
+def _once(table: Keyed) -> Keyed:
     """Return the rows of nodes that meet something, and one of each node that meets nothing."""
     if not table:
         return table
@@ -276,7 +277,7 @@ def _once(table: dict[str, Any]) -> dict[str, Any]:
     return {key: values[kept] for key, values in table.items()}
 
 
-def _no_rows(d: int) -> dict[str, Any]:
+def _no_rows(d: int) -> Keyed:
     """Columns of length 0, for a pair without nodes."""
     scalars = ("weight", "arc_length", "sigma_n", "friction_bound", "gap", "pressure", "worn_depth")
     shapes = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Hashable, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -20,6 +20,7 @@ from ..model.problem import Problem
 from ..record import Keeping, field, record
 from ..refinement.panels.data_lines import gap_edges
 from ..runtime.hints import Hinted, Listed, demand_name
+from ..untyped import ArrayLike
 from .body_fields import BodyFields, states_at
 from .records import StepResult, WearHistory, step_ends
 from .report import Accuracy, Finding, Provenance
@@ -173,7 +174,7 @@ class Evaluated(Keeping, Hinted):
 
     def state_at(
         self,
-        points: Any,
+        points: ArrayLike,
         body: str | None = None,
         step: StepResult | int | None = None,
         part: str | None = None,
@@ -206,7 +207,7 @@ class Evaluated(Keeping, Hinted):
 
     def states_at(
         self,
-        points: Any,
+        points: ArrayLike,
         steps: Sequence[StepResult | int | None],
         body: str | None = None,
         part: str | None = None,
@@ -228,14 +229,14 @@ class Evaluated(Keeping, Hinted):
             raise InputError(f"{in_body(name)}{error}{others}") from None
 
     def at(
-        self, points: Any, body: str | None = None, step: StepResult | int | None = None
+        self, points: ArrayLike, body: str | None = None, step: StepResult | int | None = None
     ) -> Array:
         """Displacement at points (k, d) of a body, (k, d) [length]; see `state_at`."""
         return self.state_at(points, body, step).u
 
     def stress_at(
         self,
-        points: Any,
+        points: ArrayLike,
         body: str | None = None,
         step: StepResult | int | None = None,
         part: str | None = None,
@@ -249,7 +250,7 @@ class Evaluated(Keeping, Hinted):
 
     def von_mises_at(
         self,
-        points: Any,
+        points: ArrayLike,
         body: str | None = None,
         step: StepResult | int | None = None,
         part: str | None = None,

@@ -19,6 +19,7 @@ from ..given.tables.base import parse
 from ..given.tables.units import Units
 from ..mesh.storage import read_mesh, write_mesh
 from ..model.problem import Problem
+from ..untyped import Group, Keyed
 from .data import SolutionData
 from .format.accuracy import read_report, write_findings
 from .format.checks import (
@@ -100,7 +101,7 @@ def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = 
     write_atomically(path, lambda file: write_group(file, solution), replace=replace)
 
 
-def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> None:
+def write_group(group: Group, solution: SolutionData, *, numbers: bool = True) -> None:
     """Write a solution into an HDF5 file or group.
 
     The numbers of the verdict may be left out, or not be known. A reader computes them then.
@@ -147,7 +148,7 @@ def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> 
     group.visititems(lambda path, item: describe(item, path, solution.problem.units))
 
 
-def _ordered(group: Any, path: str) -> Any:
+def _ordered(group: Group, path: str) -> Any:
     """Return a group that is made if it is missing, and so are its parents.
 
     Groups are listed in the order in which they are made, which is that of the config.
@@ -157,7 +158,7 @@ def _ordered(group: Any, path: str) -> Any:
     return group
 
 
-def _values(record: Any, keys: Iterable[str]) -> dict[str, Any]:
+def _values(record: object, keys: Iterable[str]) -> Keyed:
     """Return some fields of a record by their names."""
     return {key: getattr(record, key) for key in keys}
 
@@ -169,11 +170,11 @@ def _put(place: Any, values: Mapping[str, Any]) -> None:
             place[key] = value
 
 
-def _write_names(group: Any, key: str, names: Any) -> None:
+def _write_names(group: Group, key: str, names: object) -> None:
     group.create_dataset(key, data=np.asarray(names, dtype=object), dtype=h5py.string_dtype())
 
 
-def _write_tables(group: Any, steps: list[StepResult]) -> None:
+def _write_tables(group: Group, steps: list[StepResult]) -> None:
     """Write /increments with a row for each increment, and /history with a row for each iteration.
 
     An increment that failed comes last.
@@ -198,7 +199,7 @@ def _write_tables(group: Any, steps: list[StepResult]) -> None:
     rows["exchanged"] = np.array([count for row in exchanged for count in row], dtype=int)
 
 
-def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult) -> None:
+def _write_step(group: Group, place: Any, solution: SolutionData, step: StepResult) -> None:
     facts = {
         "name": step.name,
         "step": step.step,
@@ -234,7 +235,7 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
         _put(_ordered(place, f"obstacle/{name}").attrs, _values(obstacle, PLACES))
 
 
-def _write_joined(place: Any, solution: SolutionData, step: StepResult) -> None:
+def _write_joined(place: object, solution: SolutionData, step: StepResult) -> None:
     """Write each contact of several parts as a whole, beside its pairs."""
     groups = dict.fromkeys(side.contact for side in solution.posed.interfaces if side.contact)
     for name in groups if step.pairs else ():
@@ -245,7 +246,7 @@ def _write_joined(place: Any, solution: SolutionData, step: StepResult) -> None:
         folder.attrs.update({JOINED: list(shares), "shares": list(shares.values())})
 
 
-def _write_one_body(group: Any, solution: SolutionData) -> None:
+def _write_one_body(group: Group, solution: SolutionData) -> None:
     """Write /mesh, /boundary, /contact and the zones of the last increment.
 
     /mesh and /boundary are second names of groups.
@@ -266,7 +267,7 @@ def _write_one_body(group: Any, solution: SolutionData) -> None:
     )
 
 
-def _contact(solution: SolutionData) -> dict[str, Any]:
+def _contact(solution: SolutionData) -> Keyed:
     """Return the columns of /contact in the order of the nodes."""
     columns = solution.columns()
     order = np.argsort(columns["nodes"], kind="stable")
@@ -276,7 +277,7 @@ def _contact(solution: SolutionData) -> dict[str, Any]:
     return fields
 
 
-def describe(item: Any, path: str, units: Units) -> None:
+def describe(item: object, path: str, units: Units) -> None:
     """Write the attributes `unit` and `description` of a dataset.
 
     The unit has the user's name if the problem gives one.
@@ -305,7 +306,7 @@ def read_data(path: str | Path) -> SolutionData:
         return _read_group(file, f"{path}")
 
 
-def _read_group(group: Any, source: str) -> SolutionData:
+def _read_group(group: Group, source: str) -> SolutionData:
     try:
         attributes = dict(group.attrs)
         version = attributes.get("format_version")
@@ -323,7 +324,7 @@ def _read_group(group: Any, source: str) -> SolutionData:
         ) from error
 
 
-def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
+def _read(group: Group, attributes: Keyed, source: str) -> SolutionData:
     """Return the solution that a checked group holds."""
     problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
     meshes = {
@@ -367,7 +368,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
     )
 
 
-def _read_history(rows: dict[str, Any], increment: int) -> History:
+def _read_history(rows: Keyed, increment: int) -> History:
     """Return the iterations of one increment."""
     rows_of = rows["increment"] == increment
     exchanged = rows["exchanged"][rows_of]

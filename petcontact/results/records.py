@@ -16,6 +16,7 @@ from ..geometry.rotation import Axial, moment
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..record import field, record
 from ..runtime.hints import Hinted, Named
+from ..untyped import Keyed
 from .joined import Pairs, shares
 from .report import Finding
 
@@ -370,7 +371,7 @@ def step_ends(steps: Sequence[StepResult]) -> list[StepResult]:
     ]
 
 
-def below(tables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def below(tables: Sequence[Mapping[str, Any]]) -> Keyed:
     """Return the rows of tables with the same columns, one table below the other."""
     keys = tables[0] if tables else ()
     return {key: np.concatenate([table[key] for table in tables]) for key in keys}

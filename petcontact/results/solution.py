@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from ..untyped import Axes
 from .data import SolutionData
 from .hdf5 import read_data, write_solution
 from .verdict.as_json import as_json
@@ -68,7 +69,7 @@ class Solution(SolutionData):
         """A solution from a result file, see `read_result`."""
         return read_result(path)
 
-    def plot(self, ax: Any = None) -> Any:
+    def plot(self, ax: Axes = None) -> Any:
         """Draw the bodies as they were and as they are, with the states of the contact nodes;
         returns the axes.
 

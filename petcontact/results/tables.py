@@ -16,11 +16,12 @@ from ..runtime.atomic_write import write_text
 from ..runtime.figure_style import STATES
 from ..runtime.hints import demand_name
 from ..runtime.text_table import as_csv
+from ..untyped import Keyed
 from .data import SolutionData
 from .records import StepResult, along_tangents, below
 from .verdict.text import unit_of
 
-Table = dict[str, Any]
+Table = Keyed
 """Columns by name, all of one length."""
 UNITS = (
     ("length", "[xyz]|u[xyz]?|arc_length|gap|worn_depth|slip.*"),
@@ -33,7 +34,7 @@ UNITS = (
 """Kinds of units of columns by their names."""
 
 
-def named(name: str, values: Any) -> Table:
+def named(name: str, values: object) -> Table:
     """Components (n, d) along the axes as the columns NAMEx, NAMEy, ...; the points themselves are
     x, y, z; numbers (n,) are the column NAME."""
     columns = np.atleast_2d(np.asarray(values).T)

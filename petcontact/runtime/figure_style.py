@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..untyped import ArrayLike, Axes, Keyed
 from .atomic_write import temporary_name
 from .terminal import printable
 
@@ -44,7 +45,7 @@ def save_all(
     drawings: dict[str, Callable[..., None]],
     folder: str | Path,
     stem: str,
-    *arguments: Any,
+    *arguments: object,
     formats: Sequence[str] = ("png",),
 ) -> list[Path]:
     """Figures by name as STEM-NAME.png (or other formats) in a folder, which is made if it does not
@@ -60,7 +61,7 @@ def save_all(
     return [path for path, _ in paths]
 
 
-def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
+def save(path: Path, draw: Callable[..., None], *arguments: object) -> None:
     """One figure, drawn without a display, written whole or not at all; its format is that of its
     suffix.
 
@@ -76,14 +77,14 @@ def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
         _save(temporary, suffix, draw, *arguments)
 
 
-def png(draw: Callable[..., None], *arguments: Any) -> str:
+def png(draw: Callable[..., None], *arguments: object) -> str:
     """Return one figure as a PNG picture in base64."""
     picture = io.BytesIO()
     _save(picture, "png", draw, *arguments)
     return base64.b64encode(picture.getvalue()).decode()
 
 
-def _save(target: Any, suffix: str, draw: Callable[..., None], *arguments: Any) -> None:
+def _save(target: object, suffix: str, draw: Callable[..., None], *arguments: object) -> None:
     """Draw one figure into a file."""
     load_matplotlib()
     from matplotlib import rc_context
@@ -99,7 +100,7 @@ def _save(target: Any, suffix: str, draw: Callable[..., None], *arguments: Any) 
         # no date: the same result is the same file
         stamp = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(suffix)
         # zlib's own choice takes three times as long for an eighth less
-        how: dict[str, Any] = (
+        how: Keyed = (
             {"dpi": 150, "pil_kwargs": {"compress_level": 3}} if suffix == "png" else {"dpi": DOTS}
         )
         how |= {"bbox_inches": "tight", "pad_inches": 0.06}  # no empty bands
@@ -145,7 +146,7 @@ def figure_format(path: str | Path) -> str:
     return suffix
 
 
-def style() -> dict[str, Any]:
+def style() -> Keyed:
     """Matplotlib's settings for our figures; text in PDF stays text."""
     from matplotlib import cycler
 
@@ -170,7 +171,7 @@ def label(quantity: str, unit: str | None) -> str:
     return f"{quantity} [{plain(unit) if unit else 'consistent units'}]"
 
 
-def name_what_is_seen(axes: Any) -> None:
+def name_what_is_seen(axes: Axes) -> None:
     """Take the names of markers out of the legend of which none lies within the axes."""
     for line in axes.lines:
         inside = axes.viewLim.contains
@@ -180,7 +181,7 @@ def name_what_is_seen(axes: Any) -> None:
             line.set_label("")
 
 
-def legend_below(axes: Any, columns: int) -> None:
+def legend_below(axes: Axes, columns: int) -> None:
     """A legend under the axes and their label, where it hides nothing."""
     from matplotlib.transforms import ScaledTranslation
 
@@ -188,12 +189,12 @@ def legend_below(axes: Any, columns: int) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=columns)
 
 
-def legend_beside(axes: Any) -> None:
+def legend_beside(axes: Axes) -> None:
     """A legend to the right of the axes."""
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def new_label(axes: Any, word: str) -> str | None:
+def new_label(axes: Axes, word: str) -> str | None:
     """A word for the legend; none where it stands there already."""
     return None if word in axes.get_legend_handles_labels()[1] else word
 
@@ -203,7 +204,7 @@ def state_style(state: int, *, friction: bool) -> tuple[str, str, str]:
     return STATES[state] if friction or state != 1 else CONTACT
 
 
-def draw_states(axes: Any, points: Any, states: Any, *, friction: bool) -> None:
+def draw_states(axes: Axes, points: ArrayLike, states: Any, *, friction: bool) -> None:
     """Contact nodes (m, 2) by their state: a shape and a colour each."""
     for state in STATES:
         name, colour, marker = state_style(state, friction=friction)

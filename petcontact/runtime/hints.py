@@ -32,7 +32,7 @@ def known_key(key: Any, fields: Container[str], given: Container[Any]) -> Any:
     return other if key not in fields and other in fields and other not in given else key
 
 
-def nearest(given: Any, names: Sequence[str]) -> str:
+def nearest(given: object, names: Sequence[str]) -> str:
     """`, did you mean ...?` where a name is near, what is said of a word of other programs, else
     nothing.
 
@@ -53,7 +53,7 @@ def nearest(given: Any, names: Sequence[str]) -> str:
     return f", did you mean {near[0]!r}?" if near else ""
 
 
-def among(given: Any, names: Sequence[str], there: str = "there are") -> str:
+def among(given: object, names: Sequence[str], there: str = "there are") -> str:
     """What ends a refusal of a name: the nearest of those that there are, or all of them.
 
     >>> among("rigth", ["left", "right"]), among("x", [], "bodies are")

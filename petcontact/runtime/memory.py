@@ -10,15 +10,15 @@ import os
 import re
 import resource
 import sys
-from typing import Any
 
 from ..errors import SolverError
+from ..untyped import Comm
 
 TO_START = 450_000_000
 """Address space that PETSc, SciPy and one buffer of BLAS take before the first matrix [bytes]."""
 
 
-def peak_memory(comm: Any) -> int:
+def peak_memory(comm: Comm) -> int:
     """Largest resident memory so far, the sum over the ranks of a PETSc communicator [bytes].
     Collective."""
     own = _peak()

@@ -7,11 +7,12 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from ..errors import PetcontactError
+from ..untyped import Comm
 
 T = TypeVar("T")
 
 
-def shared(world: Any, produce: Callable[[], T]) -> T:
+def shared(world: Comm, produce: Callable[[], T]) -> T:
     """What rank 0 produces, on every rank; its error, or its end, is raised on every rank."""
     outcome: Any = None
     if world.Get_rank() == 0:
@@ -25,7 +26,7 @@ def shared(world: Any, produce: Callable[[], T]) -> T:
     return result  # type: ignore[no-any-return]
 
 
-def all_meet(world: Any, patience: float | None = None) -> bool:
+def all_meet(world: Comm, patience: float | None = None) -> bool:
     """A barrier that sleeps, so that a rank that waits takes no core from those that work.
 
     Returns

@@ -21,6 +21,7 @@ from ..errors import (
     SolverError,
     installed_by,
 )
+from ..untyped import Comm
 from .memory import check_address_space
 from .petsc_options import OF_THE_PROGRAM, check, files_first, of_files
 from .signals import reinstall
@@ -199,7 +200,7 @@ def load_mpi() -> Any:
     return MPI
 
 
-def expect_failures(world: Any) -> None:
+def expect_failures(world: Comm) -> None:
     """Make the communicator on which failed ranks meet. Collective."""
     if world.Get_size() > 1 and not _failures:
         _failures.append(world.Dup())
@@ -357,7 +358,7 @@ def solver_error(name: str, error: Any, prefix: str = "") -> SolverError:
     )
 
 
-def options_error(prefix: str, error: Any) -> InputError:
+def options_error(prefix: str, error: object) -> InputError:
     """A PETSc option with a value that its object refuses."""
     return InputError(
         f"PETSc options -{prefix}ksp_..., -{prefix}pc_...: {_last_line(error)} (-help lists what "
@@ -365,6 +366,6 @@ def options_error(prefix: str, error: Any) -> InputError:
     )
 
 
-def _last_line(error: Any) -> str:
+def _last_line(error: object) -> str:
     lines = [line.split("] ", 1)[-1] for line in str(error).splitlines() if line.strip()]
     return lines[-1].strip() if lines else "no message"

@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from ..errors import InputError, RanksError
+from ..untyped import Comm, Keyed
 from .petsc import expect_failures, given_options, is_launched, load_mpi, petsc
 from .world import world
 
@@ -46,7 +47,7 @@ class SharedSolve:
         Whether the ranks know that it has failed.
     """
 
-    def __init__(self, comm: Any) -> None:
+    def __init__(self, comm: Comm) -> None:
         self._own, self._meetings, self.over = comm.Dup(), comm.Dup(), False
         self.comm = petsc().Comm(self._own)
 
@@ -86,7 +87,7 @@ class SharedSolve:
 
 
 @contextlib.contextmanager
-def shared_solve(comm: Any, call: Call) -> Iterator[Any]:
+def shared_solve(comm: Comm, call: Call) -> Iterator[Any]:
     """A block that all ranks of a communicator do together, and leave together.
 
     Parameters
@@ -134,7 +135,7 @@ def shared_solve(comm: Any, call: Call) -> Iterator[Any]:
         solve.close()
 
 
-def begin_together(comm: Any, call: Call) -> None:
+def begin_together(comm: Comm, call: Call) -> None:
     """Wait until all ranks of a communicator are here for the same, as `shared_solve` does at its
     begin: for what outlives a block, or has its own way to share ranks."""
     ranks = communicator(comm)
@@ -144,7 +145,7 @@ def begin_together(comm: Any, call: Call) -> None:
         begin(ranks, call)
 
 
-def communicator(comm: Any) -> Any:
+def communicator(comm: Comm) -> Any:
     """Return the communicator of mpi4py, of PETSc or of all ranks as one of mpi4py; None where no
     launcher has started this process, or PETSc's has one rank, which needs no mpi4py.
 
@@ -170,7 +171,7 @@ def is_shared() -> bool:
     return bool(_solves)
 
 
-def meet(where: str, comm: Any) -> None:
+def meet(where: str, comm: Comm) -> None:
     """Meet the other ranks of the solve that is under way, if there is one, before a collective
     operation on a communicator."""
     if _solves and comm.getSize() > 1:
@@ -189,7 +190,7 @@ def answered(function: Callable[..., T]) -> Callable[..., T]:
     """
 
     @functools.wraps(function)
-    def first(*arguments: Any, **keywords: Any) -> T:
+    def first(*arguments: object, **keywords: object) -> T:
         answer = function(*arguments, **keywords)
         if not _solves:
             return answer
@@ -205,7 +206,7 @@ def alone(function: Callable[..., T] | None) -> Callable[..., T] | None:
         return None
 
     @functools.wraps(function)
-    def by_itself(*arguments: Any) -> T:
+    def by_itself(*arguments: object) -> T:
         others = _solves[:]
         _solves.clear()
         try:
@@ -216,7 +217,7 @@ def alone(function: Callable[..., T] | None) -> Callable[..., T] | None:
     return by_itself
 
 
-def mpi(comm: Any) -> Any:
+def mpi(comm: Comm) -> Any:
     """Return mpi4py's communicator of a PETSc one, whose ranks meet before they exchange anything;
     None for one rank."""
     return _meeting_kind()(comm.tompi4py()) if comm.getSize() > 1 else None
@@ -229,7 +230,7 @@ def _meeting_kind() -> Any:
     def meeting(name: str) -> Any:
         exchange = getattr(base, name)
 
-        def method(self: Any, *arguments: Any, **keywords: Any) -> Any:
+        def method(self: Any, *arguments: object, **keywords: object) -> Any:
             if _solves:
                 _solves[-1].meet(name)
             return exchange(self, *arguments, **keywords)
@@ -246,7 +247,7 @@ def _mpi4py() -> Any:
     return MPI
 
 
-def begin(comm: Any, call: Call) -> None:
+def begin(comm: Comm, call: Call) -> None:
     """Wait until all ranks of a communicator of mpi4py are here, and compare what they do.
 
     Rank 0 answers each greeting. When all ranks have thanked for the answer, it lets them go. Each
@@ -297,13 +298,13 @@ def demand_same(name: str, table: Mapping[str, Any]) -> None:
         )
 
 
-def _demand_same(comm: Any, table: Mapping[str, Any]) -> None:
+def _demand_same(comm: Comm, table: Mapping[str, Any]) -> None:
     texts = comm.allgather(_apart(comm.Get_rank(), table, comm.bcast(table)))
     if any(texts):
         raise InputError(next(filter(None, texts)))
 
 
-def _lead(comm: Any, own: tuple[bytes, bytes], end: float) -> bool | None:
+def _lead(comm: Comm, own: tuple[bytes, bytes], end: float) -> bool | None:
     """Return on rank 0 whether all ranks do the same; None if not all came in time."""
     size, said, thanked = comm.Get_size(), dict[int, tuple[bytes, bytes]](), set[int]()
     while len(thanked) < size - 1:
@@ -322,7 +323,7 @@ def _lead(comm: Any, own: tuple[bytes, bytes], end: float) -> bool | None:
     return same
 
 
-def _follow(comm: Any, own: tuple[bytes, bytes], end: float) -> bool | None:
+def _follow(comm: Comm, own: tuple[bytes, bytes], end: float) -> bool | None:
     """Return on the other ranks what `_lead` does on rank 0."""
     comm.send(("greeting", own), dest=0, tag=TAG)
     while True:
@@ -335,7 +336,7 @@ def _follow(comm: Any, own: tuple[bytes, bytes], end: float) -> bool | None:
             return bool(what[1])
 
 
-def _received(comm: Any, end: float) -> tuple[int, str, Any]:
+def _received(comm: Comm, end: float) -> tuple[int, str, Any]:
     """Return the rank, the word and the content of the next message; nothing after the end."""
     status, pause, any_rank = _mpi4py().Status(), 1e-5, _mpi4py().ANY_SOURCE
     while not comm.iprobe(source=any_rank, tag=TAG, status=status):
@@ -368,7 +369,7 @@ def _apart(rank: int, theirs: Mapping[str, Any], ours: Mapping[str, Any]) -> str
     return ""
 
 
-def _flat(value: Any, key: str = "") -> dict[str, Any]:
+def _flat(value: object, key: str = "") -> Keyed:
     """Return the values of nested tables and lists by dotted keys."""
     if isinstance(value, Mapping):
         pairs = [(f"{key}.{name}" if key else str(name), item) for name, item in value.items()]

@@ -14,6 +14,7 @@ from types import FrameType
 from typing import Any
 
 from ..errors import PetcontactError
+from ..untyped import Comm
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU)
 """Ctrl-C, the batch system, the terminal that is closed, the limit of processor time (a soft one:
@@ -141,7 +142,7 @@ class BrokenOff(PetcontactError):
 
 
 @contextlib.contextmanager
-def answering(comm: Any) -> Iterator[None]:
+def answering(comm: Comm) -> Iterator[None]:
     """Within the block no signal that is held back waits, where one rank runs alone: nothing there
     is to be kept.
 
@@ -171,7 +172,7 @@ def answering(comm: Any) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def together(ranks: Any) -> Iterator[None]:
+def together(ranks: Comm) -> Iterator[None]:
     """A block that a signal breaks off on all ranks of a communicator of mpi4py, at the next
     `breaking_point` of those that it reached. None is one rank.
 
@@ -221,7 +222,7 @@ class Stop:
     one rank.
     """
 
-    def __init__(self, comm: Any, held: contextlib.ExitStack) -> None:
+    def __init__(self, comm: Comm, held: contextlib.ExitStack) -> None:
         self.number, self._comm, self._held = 0, comm, held
         # one rank alone must not leave the others waiting
         self._waiting = comm.getSize() > 1
@@ -249,7 +250,7 @@ class Stop:
 
 
 @contextlib.contextmanager
-def stopping(comm: Any, rescue: Callable[[], str]) -> Iterator[Stop]:
+def stopping(comm: Comm, rescue: Callable[[], str]) -> Iterator[Stop]:
     """A `Stop` that holds signals until the block is over.
 
     `rescue` saves what there is, and says so, where a signal ends a phase that does not answer it.
@@ -263,7 +264,7 @@ def stopping(comm: Any, rescue: Callable[[], str]) -> Iterator[Stop]:
         _rescue = None
 
 
-def _pending_anywhere(comm: Any) -> int:
+def _pending_anywhere(comm: Comm) -> int:
     own = _pending[-1] if _pending else 0
     number: int = own if comm.getSize() == 1 else max(comm.tompi4py().allgather(own))
     if number:

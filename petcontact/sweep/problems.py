@@ -13,6 +13,7 @@ from ..pipeline.run import prepare, run
 from ..pipeline.solve import adapts_itself, solve
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
+from ..untyped import Comm
 
 FRICTION = re.compile(
     r"(step\.\d+\.)?(contact|boundary|body\.\d+\.boundary)\.\d+\."
@@ -35,7 +36,7 @@ LOADS = re.compile(
 )
 
 
-def elimination_needs(key: str, value: Any, *, meshes_fixed: bool) -> Any:
+def elimination_needs(key: str, value: object, *, meshes_fixed: bool) -> Any:
     """What of the value of a dotted key the elimination depends on: None if nothing, else what must
     be the same.
 
@@ -61,17 +62,17 @@ def elimination_needs(key: str, value: Any, *, meshes_fixed: bool) -> Any:
     return value
 
 
-def _word(component: Any) -> str | None:
+def _word(component: object) -> str | None:
     """What of a component the elimination depends on: whether it is free, or goes on."""
     return component if component in ("free", "hold", "locked") else None
 
 
-def prepared_for(case: Problem, comm: Any, cases: int) -> PreparedProblem | None:
+def prepared_for(case: Problem, comm: Comm, cases: int) -> PreparedProblem | None:
     """What the cases of a group share; nothing where meshes follow the solution of each."""
     return None if adapts_itself(case) else prepare(case, comm, cases=cases)
 
 
-def run_case(shared: PreparedProblem | None, case: Problem, comm: Any = None) -> Solution:
+def run_case(shared: PreparedProblem | None, case: Problem, comm: Comm = None) -> Solution:
     """One case on the preparation of its group; eliminated on its own where other loads take
     that, and solved as by itself where nothing is shared."""
     if shared is None:

@@ -6,15 +6,15 @@ from __future__ import annotations
 import csv
 import functools
 from importlib.resources import files
-from typing import Any
 
 from ..model.bodies import Displacement, Traction
 from ..model.problem import Problem
+from ..untyped import Keyed
 
 SOURCE = "Zhang & Ran (2019), Tables 1 and 2"
 FREE: tuple[str, tuple[float, ...]] = ("traction", (0.0, 0.0))
 # E, ν, corners of the rectangle, g, conditions of the sides: sections 5.1 and 5.2
-EXAMPLES: dict[int, dict[str, Any]] = {
+EXAMPLES: dict[int, Keyed] = {
     number: {
         "material": (young, poisson, "strain"),
         "corners": ((0.0, 0.0), corner),

@@ -20,6 +20,7 @@ from ..results.solution import Solution
 from ..results.strength.singular_places import singular_places
 from ..results.strength.strengths import Fit, beside, fits, told_at
 from ..round_off import first_largest
+from ..untyped import Keyed
 from .published import published_count
 
 Quantity = Callable[[Solution], float]
@@ -288,7 +289,7 @@ def row_of(
     *,
     points: Sequence[Sequence[float]] = (),
     more: Mapping[str, Quantity] | None = None,
-) -> dict[str, Any]:
+) -> Keyed:
     """A row of the table: coordinates, how the solve ended, and the quantities; von Mises stress at
     `points`, and `more`."""
     seconds = solution.timings
@@ -316,7 +317,7 @@ def row_of(
 
 def failed_row(
     id_: str, coordinates: Mapping[str, Any], case: Problem | None, reason: str
-) -> dict[str, Any]:
+) -> Keyed:
     """Return the row of a case that has no solution."""
     return {
         "id": id_,

@@ -19,6 +19,7 @@ from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import given_options
 from ..runtime.ranks import begin_together
 from ..runtime.signals import Interrupted
+from ..untyped import Comm
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
 from .problems import prepared_for, run_case
@@ -38,7 +39,7 @@ from .store.log import Log, records
 def run_sweep(
     sweep: Sweep,
     folder: str | Path,
-    world: Any,
+    world: Comm,
     *,
     only: Sequence[str] = (),
     part: tuple[int, int] | None = None,
@@ -185,7 +186,7 @@ def _chosen(places: list[int], groups: Groups, part: tuple[int, int] | None) -> 
     return [place for place in places if shares[place] % part[1] == part[0] - 1]
 
 
-def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any) -> list[int]:
+def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Comm) -> list[int]:
     """Places of the cases that need not be computed again; the ranks share the look at the logs."""
     logs = shared(world, folder.log_files)
     finished = {}
@@ -206,7 +207,7 @@ def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any)
     return shared(world, places)
 
 
-def _costs(sweep: Sweep, groups: Groups, world: Any, team: Team) -> list[Cost]:
+def _costs(sweep: Sweep, groups: Groups, world: Comm, team: Team) -> list[Cost]:
     """The cost of each group, the same on every rank; every rank meshes its share."""
     asked = groups.first[groups.representatives()].tolist()
     own_costs = {
@@ -235,7 +236,7 @@ class _Worker:
         self._group, self._reason = -1, ""
         self._prepared: PreparedProblem | None = None
 
-    def work(self, parts: list[WorkShare], counters: Counters, world: Any) -> None:
+    def work(self, parts: list[WorkShare], counters: Counters, world: Comm) -> None:
         """Compute what the team is dealt until nothing is left, and wait for the others."""
         self.log.written = lambda rows, failed: counters.count({DONE: rows, FAILED: failed})
         all_meet(world)

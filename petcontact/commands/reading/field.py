@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError
+from ...untyped import Keyed
 from ..options import (
     BODY,
     CASE,
@@ -185,7 +186,7 @@ def _write_boundaries(solution: Solution, arguments: argparse.Namespace) -> None
 
 def _write_fields(
     output: Path, solution: Solution, arguments: Any, resolution: Any, box: Any
-) -> dict[str, Any]:
+) -> Keyed:
     """One .vtu of one body and increment, else a collection; the fields that are there then, by
     body."""
     from dataclasses import replace
@@ -228,7 +229,7 @@ def one_field(
     box: Any,
     progress: Any,
     degrees: float | None = None,
-) -> dict[str, Any]:
+) -> Keyed:
     """Write the field of a body at the end, and say how large its stress is; the field by body."""
     from ...results.numbers.peaks import largest_at
     from ...results.vtu.inner_fields import field_inside, grid_inside, write_vtu

@@ -9,15 +9,14 @@ Source: N. J. Higham, Accuracy and stability of numerical algorithms, 2nd ed., s
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arrays import Array
 from ...linalg.row_layout import summed
+from ...untyped import Comm
 
 
-def known_solution(columns: Array, comm: Any) -> Array:
+def known_solution(columns: Array, comm: Comm) -> Array:
     """Return unknowns (q,) of random sign, inverse to the lengths of their columns.
 
     `columns` (q, rows) holds the rows of this rank.

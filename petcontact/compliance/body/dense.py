@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ...bem.operators import BoundaryOperators
 from ...linalg.dense_elimination import Elimination
 from ...linalg.row_layout import even_ranges, everywhere
 from ...runtime.petsc import stage
+from ...untyped import Comm
 from .conditioning import forward_error, known_solution
 from .eliminated import ElasticBody, gauge
 
@@ -37,7 +37,7 @@ class DenseBody(ElasticBody):
 
     compliance: Array
 
-    def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
+    def __init__(self, operators: BoundaryOperators, modes: Array, comm: Comm) -> None:
         super().__init__(operators, modes)
         with stage("assemble"):
             system = DenseRows(operators, modes, comm)
@@ -118,7 +118,7 @@ class DenseRows:
         self,
         operators: BoundaryOperators,
         modes: Array,
-        comm: Any,
+        comm: Comm,
         missed: Array | None = None,
     ) -> None:
         data, (n, d, r) = operators.data, modes.shape
@@ -169,7 +169,7 @@ class DenseRows:
         return np.append(np.tile(np.arange(d), nodes), np.arange(d, d + motions))
 
 
-def _missed(operators: BoundaryOperators, moved: Array, comm: Any) -> Array:
+def _missed(operators: BoundaryOperators, moved: Array, comm: Comm) -> Array:
     """Return what ½ + H lacks at all nodes (n, d, d), from the loads (t, rows, d) of translations
     on this rank's. Collective.
 

@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arrays import Array, Index
@@ -15,6 +13,7 @@ from ...contact.system import Modes
 from ...linalg.dense_matrix import on_memory
 from ...linalg.dense_solver import direct_solver
 from ...runtime.petsc import stage
+from ...untyped import Comm
 from ..contact_compliance import ContactCompliance, MakeSurrogate
 from .dense import DenseRows
 from .eliminated import ElasticBody
@@ -33,7 +32,7 @@ class FullBody(ElasticBody):
 
     compliance = None
 
-    def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
+    def __init__(self, operators: BoundaryOperators, modes: Array, comm: Comm) -> None:
         super().__init__(operators, modes)
         with stage("assemble"):
             self._rows = DenseRows(operators, modes, comm)

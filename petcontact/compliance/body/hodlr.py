@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import scipy
@@ -19,6 +18,7 @@ from ...given.tables.solver_options import Bem
 from ...linalg.row_layout import everywhere, summed
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
+from ...untyped import Comm
 from .eliminated import ElasticBody, gauge
 from .hodlr_operators import CompressedOperators
 
@@ -49,7 +49,7 @@ class HodlrBody(ElasticBody):
     """
 
     def __init__(
-        self, operators: BoundaryOperators, modes: Array, bem: Bem, comm: Any, formed: int
+        self, operators: BoundaryOperators, modes: Array, bem: Bem, comm: Comm, formed: int
     ) -> None:
         super().__init__(operators, modes)
         n, r = operators.n_unknowns, modes.shape[2]

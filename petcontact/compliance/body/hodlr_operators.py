@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arrays import Array, Index
@@ -17,6 +15,7 @@ from ...runtime.memory import trim_heap
 from ...runtime.petsc import stage
 from ...runtime.ranks import mpi
 from ...runtime.threads import one_blas_thread, threads_per_rank
+from ...untyped import Comm
 from .stretches import stretches_of
 
 
@@ -42,7 +41,7 @@ class CompressedOperators:
     def __init__(
         self,
         operators: BoundaryOperators,
-        comm: Any,
+        comm: Comm,
         bem: Bem,
         border: tuple[Array, Array] | None = None,
     ) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from ...bem.operators import BoundaryOperators
 from ...given.tables.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
+from ...untyped import Comm
 from ..body.eliminated import ElasticBody
 from ..interface import ContactMaps, Interface
 from .contact_system import MonolithicBodies
@@ -50,7 +50,7 @@ class HierarchicalBody(ElasticBody):
         operators: BoundaryOperators,
         modes: Array,
         bem: Bem,
-        comm: Any,
+        comm: Comm,
         progress: Callable[[float], None] = lambda share: None,
     ) -> None:
         super().__init__(operators, modes)
@@ -105,7 +105,7 @@ def joined(
     bodies: Sequence[ElasticBody],
     interfaces: Sequence[Interface],
     maps: Sequence[ContactMaps],
-    comm: Any,
+    comm: Comm,
 ) -> MonolithicBodies:
     """Return the joint equations of all bodies, on H-matrices or eliminated.
 

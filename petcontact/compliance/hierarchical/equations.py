@@ -20,6 +20,7 @@ from ...round_off import HALF
 from ...runtime.ranks import mpi
 from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
+from ...untyped import PC, Comm, Mat, Vec
 from .coupling import Coupling, Relation
 from .krylov import FlexibleKrylov
 from .linear_problem import Balance, Posed, State
@@ -44,7 +45,7 @@ class MixedEquations:
         Residual of the last solve, of each body relative to its solution.
     """
 
-    def __init__(self, rows: Sequence[BodyRows], coupling: Coupling, comm: Any) -> None:
+    def __init__(self, rows: Sequence[BodyRows], coupling: Coupling, comm: Comm) -> None:
         self.rows, self.coupling, self.comm = rows, coupling, comm
         self.defect = 0.0
         self.rank, ranks = comm.getRank(), comm.getSize()
@@ -305,13 +306,13 @@ class MixedEquations:
     # -- Krylov
     # ----------------------------------------------------------------------------------------------
 
-    def mult(self, matrix: Any, x: Any, y: Any) -> None:
+    def mult(self, matrix: Mat, x: Vec, y: Vec) -> None:
         """Multiply by the matrix; PETSc calls this method."""
         assert self._used is not None
         rows, border = self._left(self._used[0], self.whole(x.getArray(readonly=True)))
         y.setArray(self._local(self._weight[self._mine] * rows, border))
 
-    def apply(self, pc: Any, x: Any, y: Any) -> None:
+    def apply(self, pc: PC, x: Vec, y: Vec) -> None:
         """Apply the preconditioner; PETSc calls this method."""
         assert self._used is not None
         posed, preconditioner = self._used
@@ -383,7 +384,7 @@ class MixedEquations:
             np.sqrt(np.add.reduceat(x[: self.coupling.size] ** 2, self.coupling.first[:-1]))
         )
 
-    def view(self, matrix: Any, viewer: Any) -> None:
+    def view(self, matrix: Mat, viewer: Any) -> None:
         """Print the line of -ksp_view for the matrix and the preconditioner."""
         viewer.printfASCII(
             f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, "

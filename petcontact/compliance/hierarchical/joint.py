@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from ...arrays import Array
 from ...contact.system import Linearisation, Modes, RigidModeConstraint
 from ...round_off import SOLVED
 from ...runtime.petsc import stage
+from ...untyped import Comm
 from ..body.eliminated import ElasticBody
 from ..interface import ContactMaps, Interface
 from .coupling import Coupling, Relation
@@ -43,7 +43,7 @@ class JointBodies:
         rows: Sequence[BodyRows],
         interfaces: Sequence[Interface],
         maps: Sequence[ContactMaps],
-        comm: Any,
+        comm: Comm,
     ) -> None:
         self._bodies, self._maps = bodies, maps
         with stage("factor"):

@@ -8,6 +8,7 @@ from ...arrays import Array
 from ...linalg.ksp import LinearSolver, SolverFront
 from ...linalg.matrix_free import RESTART
 from ...runtime.petsc import petsc
+from ...untyped import Comm
 
 
 class FlexibleKrylov(SolverFront):
@@ -27,7 +28,7 @@ class FlexibleKrylov(SolverFront):
 
     iterations = 0
 
-    def __init__(self, comm: Any, context: Any) -> None:
+    def __init__(self, comm: Comm, context: Any) -> None:
         self._comm, self._context = comm, context
         self._solvers: dict[int, LinearSolver] = {}
 

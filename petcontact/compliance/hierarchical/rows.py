@@ -20,6 +20,7 @@ from ...runtime.memory import physical_memory
 from ...runtime.ranks import mpi
 from ...runtime.signals import breaking_point, together
 from ...runtime.threads import threads_per_rank
+from ...untyped import Comm
 from ..body.eliminated import ElasticBody, gauge
 
 LEAF = 32
@@ -54,7 +55,7 @@ class CompressedRows:
         self,
         operators: BoundaryOperators,
         modes: Array,
-        comm: Any,
+        comm: Comm,
         tolerance: float,
         progress: Callable[[float], None],
     ) -> None:
@@ -174,7 +175,7 @@ class CondensedRows:
         Communicator whose ranks share the rows.
     """
 
-    def __init__(self, body: ElasticBody, comm: Any) -> None:
+    def __init__(self, body: ElasticBody, comm: Comm) -> None:
         x, (m, k) = body.mesh.x[body.contact], body.data.contact_shape
         self.components, self.scale = k, body.operators.traction_scale
         self.tree = cluster(x, x, np.ones(m, dtype=np.int64), LEAF)

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import Array, Index, even_bounds
 from ...record import record
+from ...untyped import Comm
 from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
 from .translations import Stretch, Translations
@@ -141,7 +141,7 @@ def compress(
     *,
     breaks: ArrayLike = (),
     threads: int = 1,
-    comm: Any = None,
+    comm: Comm = None,
     serve: tuple[ManyEntries, Sequence[ArrayLike]] | None = None,
     stretches: Sequence[Stretch] = (),
 ) -> HODLR:

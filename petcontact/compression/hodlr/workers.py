@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
+from ...untyped import Comm
+
 T = TypeVar("T")
 
 
@@ -21,7 +23,7 @@ class Workers:
         None is one process.
     """
 
-    def __init__(self, threads: int, comm: Any) -> None:
+    def __init__(self, threads: int, comm: Comm) -> None:
         self.threads, self.comm = threads, comm
         self.rank: int = comm.Get_rank() if comm is not None else 0
         self.size: int = comm.Get_size() if comm is not None else 1

@@ -22,11 +22,13 @@ from ..iteration import ContactMethod
 from ..law_protocol import ContactLaw
 from ..rho_rules import Rule, rule_of
 
+GivenMethod = Method | str | type | ContactMethod
+"""A `[method]` table, a name, a class of petcontact, or any `method(system, law, iteration)`."""
 LAW_MEMBERS = ("k", "groups", "project", "linearise", "states")
 
 
 def method_of(
-    method: Method | str | type | ContactMethod,
+    method: GivenMethod,
     rule: Rule | str | type | None = None,
     options: Method | None = None,
 ) -> ContactMethod:

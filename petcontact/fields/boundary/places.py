@@ -145,7 +145,7 @@ def _(
 
 
 @functools.singledispatch
-def best_places(mesh: Any) -> tuple[Index, Array]:
+def best_places(mesh: BoundaryMesh) -> tuple[Index, Array]:
     """Return elements (q,) and the places on them where slopes of the displacement are most
     accurate.
 
@@ -185,7 +185,7 @@ def best_on_panel(corners: int, order: int) -> Array:
 
 
 @functools.singledispatch
-def spread_places(mesh: Any, element: Index, shares: Array) -> Array:
+def spread_places(mesh: BoundaryMesh, element: Index, shares: Array) -> Array:
     """Return places on elements (k,), (k, q) or (k, q, 2).
 
     `shares`, from 0 to 1, are taken along each direction of an element.
@@ -210,7 +210,7 @@ def _(mesh: SurfaceMesh, element: Index, shares: Array) -> Array:
 
 
 @functools.singledispatch
-def middles(mesh: Any) -> tuple[Index, Array]:
+def middles(mesh: BoundaryMesh) -> tuple[Index, Array]:
     """Return the numbers of all elements and the places of their middles."""
     numbers: Index = np.arange(mesh.n_elements)
     return numbers, np.full(len(numbers), 0.5)

@@ -11,7 +11,6 @@ For a body of revolution tr e includes the hoop strain u_r/r.
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 
@@ -95,7 +94,7 @@ class BoundaryField:
 
 
 def hooke(
-    traction: Array, normal: Array, gradient: Array, material: Material, hoop: Any = 0.0
+    traction: Array, normal: Array, gradient: Array, material: Material, hoop: object = 0.0
 ) -> Array:
     """Return σ (q, d, d) on the boundary [stress].
 

@@ -10,12 +10,12 @@ import subprocess
 import sys
 import weakref
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
+from ...untyped import Keyed
 from ..round_surfaces import RIM
 from . import worker
 
@@ -60,7 +60,7 @@ class Projector:
             self._known[keys[k]][there[k]] = near
         return np.array([self._known[key] for key in keys]).reshape(points.shape)
 
-    def _answer(self, request: dict[str, Any]) -> list[list[list[float]]]:
+    def _answer(self, request: Keyed) -> list[list[list[float]]]:
         assert self._process.stdin is not None and self._process.stdout is not None
         line = ""
         if (
@@ -69,7 +69,7 @@ class Projector:
             with contextlib.suppress(OSError):
                 print(json.dumps(request), file=self._process.stdin, flush=True)
                 line = self._process.stdout.readline()
-        answer: dict[str, Any] = json.loads(line or '{"error": "Gmsh ended"}')
+        answer: Keyed = json.loads(line or '{"error": "Gmsh ended"}')
         if "points" not in answer:
             why = next(iter(answer.values()), "").splitlines()[0]
             raise InputError(f"{self._file}: panels cannot be brought onto its surfaces ({why})")

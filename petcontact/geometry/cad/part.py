@@ -13,13 +13,13 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...arrays import LONGEST_NAME, Array, Index
 from ...errors import InputError, MissingPackage, OutputError
 from ...record import record
+from ...untyped import Keyed
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
 from ..surface import FacetSurface, SolidSurface
@@ -239,7 +239,7 @@ def cad_surface(
     return CadSurface(file, name, stamp, faces, part_of, tuple(body["low"]), tuple(body["high"]))
 
 
-def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[str, Any]:
+def _solid(found: Keyed, file: str, wanted: str | int | None) -> Keyed:
     """The solid of the file that the config names."""
     solids = _some(found, file)
     names = ", ".join(f"{solid['number']} {solid['name']!r}" for solid in solids)
@@ -255,9 +255,9 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
     return chosen[0]
 
 
-def _some(found: dict[str, Any], file: str) -> list[dict[str, Any]]:
+def _some(found: Keyed, file: str) -> list[Keyed]:
     """The solids of the file, if there are some."""
-    solids: list[dict[str, Any]] = found["solids"]
+    solids: list[Keyed] = found["solids"]
     if not solids:
         what = (
             f"{found['loose']} surface{'s' * (found['loose'] != 1)} but no solid"
@@ -290,7 +290,7 @@ def solids_of(file: str) -> dict[int, str]:
 
 
 @functools.lru_cache(maxsize=16)
-def _listed(file: str, stamp: int) -> dict[str, Any]:
+def _listed(file: str, stamp: int) -> Keyed:
     """What the worker lists, faces as tuples; `stamp` is part of the key."""
     answer = ask(file)
     for solid in answer["solids"]:
@@ -307,7 +307,7 @@ def _listed(file: str, stamp: int) -> dict[str, Any]:
     return answer
 
 
-def ask(file: str, **request: Any) -> dict[str, Any]:
+def ask(file: str, **request: object) -> Keyed:
     """The worker's answer.
 
     Raises
@@ -335,7 +335,7 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
             "small details in the CAD program"
         ) from None
     try:
-        answer: dict[str, Any] = json.loads(done.stdout)
+        answer: Keyed = json.loads(done.stdout)
     except ValueError:
         raise InputError(
             f"{file}: Gmsh ended while it read or meshed it (status {done.returncode}); mend the "

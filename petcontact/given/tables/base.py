@@ -18,6 +18,7 @@ from ...arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ...errors import InputError
 from ...runtime.file_kinds import like
 from ...runtime.hints import known_key, no_attribute
+from ...untyped import Keyed
 from ..expressions import parse_expression
 from .frozen import Frozen
 from .mistakes import NAME, one_line, shown
@@ -76,7 +77,7 @@ def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., A
     )
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return (
         isinstance(value, (int, float))
         and not isinstance(value, bool)
@@ -84,7 +85,7 @@ def _is_number(value: Any) -> bool:
     )
 
 
-def _in_file(value: Any) -> Any:
+def _in_file(value: object) -> Any:
     """What a result file says of an expression: a function has no text."""
     return (
         f"<function {getattr(value, '__name__', type(value).__name__)}>"
@@ -110,7 +111,7 @@ def whole_or_auto(most: int) -> pydantic.BeforeValidator:
     This is one check in place of a union, whose report would name every branch.
     """
 
-    def check(value: Any) -> Any:
+    def check(value: object) -> Any:
         whole = isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= most
         if not whole and value != "auto":
             raise InputError(f'must be a whole number from 1 to {most}, or "auto"')
@@ -122,7 +123,7 @@ def whole_or_auto(most: int) -> pydantic.BeforeValidator:
 def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
     """Check that a text is one of some names, with the words of a literal."""
 
-    def check(value: Any) -> Any:
+    def check(value: object) -> Any:
         if value is not None and value not in list(names):
             allowed = " or ".join(
                 filter(None, [", ".join(map(repr, [*names][:-1])), repr([*names][-1])])
@@ -159,7 +160,7 @@ class _OneLine(ModelMetaclass):
     mistake in the whole input is known when the line is written.
     """
 
-    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+    def __call__(cls, *args: object, **kwargs: object) -> Any:
         kwargs = {
             name.removesuffix("_") if keyword.iskeyword(name[:-1]) else name: value
             for name, value in kwargs.items()
@@ -198,14 +199,14 @@ class _OneLine(ModelMetaclass):
         )
 
     @__signature__.setter
-    def __signature__(cls, value: Any) -> None:
+    def __signature__(cls, value: object) -> None:
         """Ignore pydantic's own signature, in which arguments have names only."""
 
     def __dir__(cls) -> list[str]:
         """Names of ours: in `help` and completion those of pydantic's base would bury them."""
         return [name for name in super().__dir__() if not _hidden(name)]
 
-    def _by_place(cls: Any, values: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
+    def _by_place(cls: Any, values: tuple[Any, ...], named: Keyed) -> Keyed:
         """Values without a name, by the fields in their order."""
         if not values:
             return {}
@@ -251,7 +252,7 @@ class Model(Frozen, metaclass=_OneLine):
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _without_control_characters(cls, data: Any) -> Any:
+    def _without_control_characters(cls, data: object) -> Any:
         """Names go into files and file names; expressions may have several lines, and a title is
         printed with all that is no letter written out. The other spelling of a key is taken."""
         if not isinstance(data, dict):
@@ -270,7 +271,7 @@ class Model(Frozen, metaclass=_OneLine):
         return data
 
     @classmethod
-    def _refuse_one_of_several(cls, data: dict[str, Any]) -> None:
+    def _refuse_one_of_several(cls, data: Keyed) -> None:
         """Refuse a model where a list of them is wanted: its fields would be taken for entries."""
         for key in data.keys() & cls.model_fields.keys():
             several = get_origin(cls.model_fields[key].annotation) is tuple
@@ -282,7 +283,7 @@ class Model(Frozen, metaclass=_OneLine):
                 )
 
     @classmethod
-    def spelling(cls, data: Any) -> type[Model]:
+    def spelling(cls, data: object) -> type[Model]:
         """The model whose keys the data have, for reports of mistakes in them."""
         return cls
 
@@ -320,7 +321,7 @@ def regular_file(path: str | Path, largest: int) -> Path:
     return Path(path)
 
 
-def parse(cls: type[Model], data: dict[str, Any], source: str) -> Any:
+def parse(cls: type[Model], data: Keyed, source: str) -> Any:
     """An instance of `cls` from plain data.
 
     Raises
@@ -331,7 +332,7 @@ def parse(cls: type[Model], data: dict[str, Any], source: str) -> Any:
     return checked(cls, lambda: cls.model_validate(data), data, f"{source}: ")
 
 
-def checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> Any:
+def checked(cls: Any, build: Callable[[], Any], data: object, head: str = "") -> Any:
     """What `build` makes; a mistake in the data is an `InputError` of one line."""
     try:
         return build()

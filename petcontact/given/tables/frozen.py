@@ -14,7 +14,7 @@ from ...runtime.hints import among
 class Frozen(pydantic.BaseModel):
     """A model whose fields are given once."""
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         if name in type(self).model_fields:
             raise InputError(
                 f"{name}: a {type(self).__name__} does not change; "

@@ -23,7 +23,7 @@ SHOWN = 3
 """Mistakes of a file that are named at once: more would not be one line."""
 
 
-def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
+def one_line(error: pydantic.ValidationError, cls: type, data: object) -> str:
     """The first mistakes of a report as `key: what is allowed, got what was given`, and how many
     more there are."""
     errors = error.errors(include_url=False)
@@ -119,7 +119,7 @@ def _table(given: Any, table: str, keys: Sequence[str], *, named: bool) -> str:
     return f"; in single brackets, [{table}]" if isinstance(given, list) else filled
 
 
-def _array(given: Any, table: str, models: list[Any]) -> str:
+def _array(given: object, table: str, models: list[Any]) -> str:
     """How something that is no array is written as one."""
     if isinstance(given, (dict, pydantic.BaseModel)):
         return f"; in double brackets, [[{table}]], each time; in Python in a list"
@@ -150,7 +150,7 @@ _WORDS = (
 )
 
 
-def _key(loc: list[int | str], data: Any) -> str:
+def _key(loc: list[int | str], data: object) -> str:
     """`boundary[2].friction_bound`; the union branches that pydantic puts in are what is not in the
     data."""
     text, value = "", data
@@ -169,7 +169,7 @@ def _joined(table: str, name: str) -> str:
     return f"{table}.{name}" if table else name
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A value as Python writes it, cut where it is long."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -14,7 +14,7 @@ FEW = 3
 most tables in which a key says something."""
 
 
-def instead(cls: Any, loc: list[Any], data: Any) -> str:
+def instead(cls: Any, loc: list[Any], data: object) -> str:
     """A key that is meant, the tables in which this one stands, or the keys that there are."""
     models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
     keys = sorted({name for model in models for name in model.model_fields})
@@ -92,7 +92,7 @@ def models_below(cls: Any) -> list[Any]:
     return [cls, *(below for model in inner for below in models_below(model))]
 
 
-def models_in(annotation: Any) -> list[Any]:
+def models_in(annotation: object) -> list[Any]:
     """The models that an annotation names, over lists and unions."""
     if isinstance(annotation, type) and issubclass(annotation, pydantic.BaseModel):
         return [annotation]

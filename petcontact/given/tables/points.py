@@ -23,7 +23,7 @@ FEWEST = 4
 """Points that determine a cubic."""
 
 
-def _read(value: Any) -> tuple[tuple[float, ...], ...]:
+def _read(value: object) -> tuple[tuple[float, ...], ...]:
     """The rows of a file of columns, or of an array."""
     if isinstance(value, (str, Path)):
         return tuple(_rows_of(regular_file(value, LARGEST_FILE)))
@@ -202,7 +202,7 @@ class Points(Model):
         return f"a spline of {len(self.points)} points"
 
 
-def _kind(value: Any) -> str:
+def _kind(value: object) -> str:
     return "table of points" if isinstance(value, (dict, Points)) else "expression"
 
 

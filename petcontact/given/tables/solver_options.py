@@ -4,7 +4,7 @@ parameters."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import pydantic
 
@@ -40,13 +40,13 @@ READ_BY = {
 Count = Annotated[int, pydantic.Field(ge=0, le=10**9, strict=True)]
 
 
-def _option(value: Any) -> bool | int | float | str:
+def _option(value: object) -> bool | int | float | str:
     if isinstance(value, (bool, int, float, str)):
         return value
     raise ValueError("must be text, a number or true/false")
 
 
-def _option_name(name: Any) -> str:
+def _option_name(name: object) -> str:
     if (
         isinstance(name, str)
         and name[:1].isalpha()

@@ -27,7 +27,7 @@ def validated(model: M) -> M:
     return result
 
 
-def _unfolded(value: Any) -> Any:
+def _unfolded(value: object) -> Any:
     """The values that a model was given, and the words that tell its kind, as plain tables."""
     if isinstance(value, Model):
         fields, given = type(value).model_fields, value.model_fields_set

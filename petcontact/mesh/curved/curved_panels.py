@@ -4,13 +4,13 @@ coordinates."""
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, reference_points, samples
 from ...record import field, record
+from ...untyped import Keyed
 from ..panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
 WEIGHT_POINTS = 12
@@ -43,7 +43,7 @@ class CurvedPanels(QuadraticCells):
 
     order: int
     index: Index
-    found: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+    found: Keyed = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def n_nodes(self) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from ...refinement.panels.cut_directions import sides
 from ...refinement.panels.data_lines import with_data_lines
 from ...refinement.panels.panel_cuts import LONGER, facing
 from ...refinement.panels.quartering import cut
+from ...untyped import Keyed
 from ..judge.meshes import stiff_size
 from ..judge.thickness import SHARE, held_nodes, slenderness
 from ..pose.body_parts import body_alone
@@ -125,14 +126,14 @@ def first_options(body: Body, boundary: Boundary, *, bilateral: bool) -> Body:
     """
     if not body.mesh.automatic:
         return body
-    options: dict[str, Any] = {"order": 2 if bilateral else 1}
+    options: Keyed = {"order": 2 if bilateral else 1}
     touching = [c.part for c in body.boundary if isinstance(c, Contact)]
     options |= _first_sizes(boundary, body, touching)
     return replace(body, mesh=MeshOptions(**options))
 
 
 @functools.singledispatch
-def _first_sizes(boundary: Boundary, body: Body, touching: list[str]) -> dict[str, Any]:
+def _first_sizes(boundary: Boundary, body: Body, touching: list[str]) -> Keyed:
     """Return the options for the size of the first panels."""
     if not boundary.known:
         return {}
@@ -142,7 +143,7 @@ def _first_sizes(boundary: Boundary, body: Body, touching: list[str]) -> dict[st
 
 
 @_first_sizes.register
-def _(boundary: BoxSurface, body: Body, touching: list[str]) -> dict[str, Any]:
+def _(boundary: BoxSurface, body: Body, touching: list[str]) -> Keyed:
     extent = boundary.upper - boundary.lower
     longest = float(stiff_size(1) * extent.min())
     area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}

@@ -9,10 +9,10 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from ...contact.law_protocol import GivenLaw
 from ...errors import PetcontactError
 from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary
@@ -30,6 +30,7 @@ from ...refinement.singular_points import corner_exponents
 from ...results.evaluated import displacement_scale
 from ...results.report import Accuracy
 from ...results.solution import Solution
+from ...untyped import Comm
 from ..judge.findings import limit_of, new_finding
 from ..judge.remainders import missed_data
 from ..pose.discretise import MeshMaker, discretise
@@ -53,7 +54,7 @@ MOST_ITERATIONS = 100
 takes more does not show the error."""
 
 
-def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
+def with_estimate(solution: Solution, comm: Comm, law: GivenLaw | None = None) -> Solution:
     """Return the solution with its estimated error, or with the reason why the error is unknown.
 
     Findings are added where the meshes miss a large share of the given data. In space the estimate
@@ -132,7 +133,7 @@ def _costly(solution: Solution) -> str:
     return ""
 
 
-def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
+def _coarser(solution: Solution, comm: Comm, law: GivenLaw | None) -> Solution:
     """Return the solution on meshes with half as many elements along each direction."""
     meshes = list(solution.meshes.values())
     return _again(
@@ -158,14 +159,14 @@ def _(mesh: CurveMesh, body: Body, boundary: Boundary) -> BoundaryMesh:
     return joined(mesh, as_outline(boundary, "the error"))
 
 
-def by_newton(problem: Problem, **options: Any) -> Problem:
+def by_newton(problem: Problem, **options: object) -> Problem:
     """Return the problem with semismooth Newton from zero, and further options of `[method]`."""
     newton = {"name": "semismooth-newton", "rule": None, "start": "zero"}
     method = problem.method.model_copy(update=newton | {"formulation": "condensed"} | options)
     return problem.model_copy(update={"method": method})
 
 
-def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution:
+def _again(solution: Solution, make: MeshMaker, comm: Comm, law: GivenLaw | None) -> Solution:
     """Return the solution of the same problem, with the same increments, on other meshes."""
     problem = by_newton(solution.problem, max_iterations=MOST_ITERATIONS)
     prepared = prepare(problem, comm, discretise(problem, make, law))

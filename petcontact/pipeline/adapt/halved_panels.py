@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ...errors import InputError
 from ...given.posed import Posed
 from ...refinement.body_meshes import mesh_of, resized
 from ...refinement.levels import LEAST_GAIN, believed
 from ...results.solution import Solution
+from ...untyped import Keyed
 from ..pose.body_parts import body_alone
 from .budget import beyond_budget
 from .difference import displacement_difference
@@ -68,7 +67,7 @@ class HalvedPanels(Strategy[Estimate, Before[Estimate]]):
                 return Meshes(marks, level, exhausted=refused)
         return Meshes(marks, level, made)
 
-    def shown(self, estimate: Estimate) -> dict[str, Any]:
+    def shown(self, estimate: Estimate) -> Keyed:
         """Return fields of `Accuracy`: the errors of the last two meshes, as near to one another as
         those of stresses may be."""
         return {"estimates": [LEAST_GAIN * estimate.error, estimate.error]}

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import replace
-from typing import Any
 
+from ...contact.law_protocol import GivenLaw
 from ...errors import InaccurateOperator
 from ...model.problem import Problem
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.memory import release_memory
 from ...runtime.signals import answering
+from ...untyped import Comm
 from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..eliminate import Announce
 from ..judge.thickness import compactness
@@ -42,9 +43,9 @@ class LevelSolver:
     def __init__(
         self,
         problem: Problem,
-        comm: Any,
+        comm: Comm,
         monitor: Monitor | None,
-        law: Any,
+        law: GivenLaw | None,
         announce: Announce | None = None,
     ) -> None:
         self.problem = by_newton(problem)

@@ -19,6 +19,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from ...contact.law_protocol import GivenLaw
+from ...contact.methods.registry import GivenMethod
+from ...contact.rho_rules import Rule
 from ...errors import InputError, PetcontactError, SolverError
 from ...given.posed import Posed
 from ...given.tables.validated import validated
@@ -28,6 +31,7 @@ from ...results.report import Accuracy, Finding
 from ...results.solution import Solution
 from ...runtime.ranks import alone, shared_solve
 from ...runtime.signals import BrokenOff, answering
+from ...untyped import Comm
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
@@ -97,10 +101,10 @@ class AdaptiveSolve:
     def __init__(
         self,
         problem: Problem,
-        comm: Any,
+        comm: Comm,
         accuracy: float | None,
         callbacks: Callbacks = (None, None, None),
-        law: Any = None,
+        law: GivenLaw | None = None,
     ) -> None:
         monitor, announce, self._reached = callbacks
         self._began, self._comm = time.perf_counter(), comm
@@ -231,10 +235,10 @@ def adapt(
     problem: Problem,
     accuracy: float | None = None,
     *,
-    method: Any = None,
-    rule: Any = None,
-    law: Any = None,
-    comm: Any = None,
+    method: GivenMethod | None = None,
+    rule: Rule | None = None,
+    law: GivenLaw | None = None,
+    comm: Comm = None,
     monitor: Monitor | None = None,
     announce: Announce | None = None,
     reached: Callable[[Reached], None] | None = None,
@@ -292,10 +296,10 @@ def adapt(
 def _adapted(
     problem: Problem,
     accuracy: float | None,
-    method: Any,
-    rule: Any,
-    law: Any,
-    comm: Any,
+    method: GivenMethod | None,
+    rule: Rule | None,
+    law: GivenLaw | None,
+    comm: Comm,
     callbacks: Callbacks,
 ) -> Solution:
     began = time.perf_counter()

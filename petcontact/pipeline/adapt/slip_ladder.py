@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import Any
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from ...refinement.zones import Zone
 from ...results.evaluated import displacement_scale
 from ...results.solution import Solution
 from ...round_off import HALF
+from ...untyped import Keyed
 from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
 from .difference import difference as traction_difference
@@ -148,10 +148,10 @@ class Slip(Strategy[SlipEstimate, Before[SlipEstimate]]):
         v, sigma = (float(np.abs(values).max()) for values in (contact.u_t, contact.sigma_t))
         return v * direction, -sigma * direction
 
-    def shown(self, estimate: SlipEstimate) -> dict[str, Any]:
+    def shown(self, estimate: SlipEstimate) -> Keyed:
         """Return fields of `Accuracy`: the zones, and how far their ends moved."""
         zones, before = transition_zones(self._body, estimate.lines), estimate.before
-        shown: dict[str, Any] = {"zones": [dataclasses.astuple(zone) for zone in zones]}
+        shown: Keyed = {"zones": [dataclasses.astuple(zone) for zone in zones]}
         if before is None:
             return shown | {"zone_errors": zone_errors(zones, [])}
         if estimate.error > self.wanted.accuracy:

@@ -13,6 +13,7 @@ from ...contact.state import Start
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import field, record
 from ...results.solution import Solution
+from ...untyped import Keyed
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
@@ -144,6 +145,6 @@ class Strategy(Protocol[E, M]):
         """Return meshes of a level that are finer where it is marked."""
         ...
 
-    def shown(self, estimate: E) -> dict[str, Any]:
+    def shown(self, estimate: E) -> Keyed:
         """Return the fields of `Accuracy` that the meshes determine."""
         ...

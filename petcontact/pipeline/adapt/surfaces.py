@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from ...refinement.panels.panel_cuts import faded, largest, wider_than
 from ...refinement.panels.rings import SHRINK
 from ...refinement.panels.small_contact import SmallContact
 from ...results.records import StepResult, step_ends
+from ...untyped import Keyed
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panels
 from ..steps.increment import PreparedProblem
@@ -352,7 +352,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
             for mesh, mask in zip(meshes, raised, strict=True)
         ]
 
-    def shown(self, estimate: TailEstimate) -> dict[str, Any]:
+    def shown(self, estimate: TailEstimate) -> Keyed:
         """Return fields of `Accuracy`: the estimates of all meshes, and those of resultants on the
         last."""
         last = {"resultants": estimate.resultants, "shared": estimate.errors.shared}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from ...refinement.narrow_contacts import NarrowContact
 from ...results.contact_zones import pair_edges
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
+from ...untyped import Keyed
 from ..judge.findings import limit_of, wants_smaller_elements
 from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
@@ -269,7 +269,7 @@ class Tractions(Strategy[TractionEstimate, EdgeMarks]):
         settled = edges or (own.number, side.part) in own.marks.idle
         return np.inf if settled else SMOOTH * own.body.scale
 
-    def shown(self, estimate: TractionEstimate) -> dict[str, Any]:
+    def shown(self, estimate: TractionEstimate) -> Keyed:
         """Return fields of `Accuracy`: edges of contact and stick, and the errors at ends of
         parts."""
         seen = self.marks(estimate).edges.items()

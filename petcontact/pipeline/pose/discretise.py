@@ -14,7 +14,7 @@ from ...bem.boundary_data import BoundaryData
 from ...bem.compatibility import check_compatible
 from ...bem.particular.volume import VolumeSolution, volume_solution
 from ...compliance.interface import Interface
-from ...contact.law_protocol import ContactLaw
+from ...contact.law_protocol import ContactLaw, GivenLaw
 from ...contact.laws import Tresca
 from ...geometry.surface import Boundary
 from ...given.body_data import Body
@@ -147,7 +147,7 @@ class Discrete:
 def discretise(
     problem: Problem,
     make_mesh: MeshMaker | None = None,
-    law: Any = None,
+    law: GivenLaw | None = None,
     like: Discrete | None = None,
 ) -> Discrete:
     """Return the meshes, data and laws of a problem.
@@ -243,7 +243,7 @@ def _law_and_data(
     boundaries: list[Boundary],
     meshes: list[BoundaryMesh],
     interfaces: list[Interface],
-    given: Any,
+    given: object,
 ) -> tuple[list[Interface], Laws, list[BoundaryData]]:
     """Return the interfaces with their contact directions, the laws, and the data of all bodies.
 

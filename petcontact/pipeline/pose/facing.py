@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import scipy
@@ -25,6 +24,7 @@ from ...refinement.panels.panel_cuts import LONGER
 from ...results.numbers.printed import maximum
 from ...results.report import Finding
 from ...round_off import ROUNDED, SINGLE, WRITTEN
+from ...untyped import Keyed
 from ..judge.findings import new_finding
 
 
@@ -138,7 +138,7 @@ def contact_interface(
     """
     mesh, law = meshes[side.body], side.law
     nodes = mesh.nodes_of(side.part)
-    opposite: dict[str, Any] = {"obstacle": side.obstacle, "held": held}
+    opposite: Keyed = {"obstacle": side.obstacle, "held": held}
     normal, gap = along(side.direction, mesh.smooth_normal[nodes]).copy(), np.zeros(len(nodes))
     if facing is not None:
         assert side.primary is not None

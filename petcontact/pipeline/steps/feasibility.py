@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from ...compliance.body.rigid import RigidBody
 from ...compliance.reduced_bodies import BodiesSystem
 from ...contact.methods.registry import method_of
 from ...errors import NoEquilibrium
+from ...untyped import Comm
 from ..choice import has_compressed
 from ..eliminate import operators_of
 from ..pose.discretise import Discrete
@@ -21,7 +21,7 @@ from .increment import Increment, PreparedProblem
 from .step_loop import whole_step
 
 
-def check_feasible(discrete: Discrete, comm: Any) -> None:
+def check_feasible(discrete: Discrete, comm: Comm) -> None:
     """Refuse loads that no admissible traction holds where matrices take long: those of compressed
     bodies.
 
@@ -71,7 +71,7 @@ def held_share(step: Increment) -> float:
     return low
 
 
-def _rigid(discrete: Discrete, comm: Any) -> PreparedProblem:
+def _rigid(discrete: Discrete, comm: Comm) -> PreparedProblem:
     """The problem with bodies that are not strained."""
     bodies = [RigidBody(*operators_of(discrete, b)) for b in range(len(discrete.meshes))]
     x = [discrete.meshes[face.body].x[face.nodes] for face in discrete.interfaces]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from ...given.posed import HOLD, WHOLE_LOAD, Obstacle, Step
 from ...results.records import shares_of_states, weights_of
 from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
 from ...runtime.ranks import agreed_reason
+from ...untyped import Comm
 from ..judge.between_nodes import Sampling, places_between
 from ..pose.discretise import Discrete
 from .traction_errors import TractionErrors, traction_errors
@@ -153,7 +153,7 @@ class PreparedProblem:
     discrete: Discrete
     system: BodiesSystem
     method: ContactMethod
-    comm: Any
+    comm: Comm
     timings: dict[str, float] = field(default_factory=dict)
     start: Start | None = None
     factors: dict[int, list[float]] = field(default_factory=dict)

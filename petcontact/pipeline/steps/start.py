@@ -8,7 +8,6 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy
@@ -95,7 +94,7 @@ def _check_posed(config: str, before: str, file: str, done: list[StepResult]) ->
         )
 
 
-def _differences(old: Any, new: Any, key: str = "") -> Iterator[str]:
+def _differences(old: object, new: object, key: str = "") -> Iterator[str]:
     """What two configs differ by, in words."""
     if isinstance(old, dict) and isinstance(new, dict):
         for name in sorted({*old, *new} - ELSEWHERE, key=lambda name: (name != "name", name)):

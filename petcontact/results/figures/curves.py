@@ -3,14 +3,13 @@ over the increments."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arrays import Array
 from ...contact.law_protocol import OPEN
 from ...round_off import ROUNDED, SOLVED
 from ...runtime.figure_style import label, legend_below, plain, wrapped
+from ...untyped import Figure
 from ..data import SolutionData
 from ..records import PairResult, StepResult, step_ends
 
@@ -54,7 +53,7 @@ def along(solution: SolutionData, name: str) -> str:
     return part if [*solution.sides.values()].count(side) == 1 else f"{plain(name)}, {part}"
 
 
-def draw_history(figure: Any, solution: SolutionData) -> None:
+def draw_history(figure: Figure, solution: SolutionData) -> None:
     """How the method converged in the last increment: residuals, and what it adapts, ρ_k or the
     active sets."""
     history = solution.last.history
@@ -100,7 +99,7 @@ def _first_nan(values: Array) -> int:
     return int(finite[-1]) + 1 if len(finite) else 0
 
 
-def draw_wear(figure: Any, solution: SolutionData) -> None:
+def draw_wear(figure: Figure, solution: SolutionData) -> None:
     """Worn volume and depth, and the largest pressure, over the cycles; over the increments where
     there are none."""
     left, right = figure.subplots(
@@ -153,7 +152,7 @@ def draw_wear(figure: Any, solution: SolutionData) -> None:
     legend_below(left, 2)
 
 
-def _positive(values: Any) -> Array:
+def _positive(values: object) -> Array:
     array = np.array(values, dtype=float)
     return np.where(array > 0.0, array, np.nan)
 
@@ -177,7 +176,7 @@ def _largest_motion(solution: SolutionData) -> float:
     )
 
 
-def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
+def draw_hysteresis(figure: Figure, solution: SolutionData) -> None:
     """Tangential force over mean slip of each interface (a loop where loads are cyclic), and the
     energy dissipated."""
     left, right = figure.subplots(1, 2)
@@ -240,7 +239,7 @@ def _after_all(solution: SolutionData, name: str, key: str) -> Array:
     return np.array([np.atleast_1d(values) for values in found])
 
 
-def draw_motion(figure: Any, solution: SolutionData) -> None:
+def draw_motion(figure: Figure, solution: SolutionData) -> None:
     """What holds each obstacle over how it moved after each increment: the force along its largest
     displacement, and the moment over its rotation."""
     units, power = solution.problem.units, next(iter(solution.meshes.values())).weight_power

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Mask
 from ...round_off import SOLVED
+from ...untyped import Axes
 from ..data import SolutionData
 from ..strength.place import Place
 from ..strength.singular_places import singular_places
@@ -50,7 +50,7 @@ def shown_range(
     return max(low, float(every.min())), min(high, float(every.max()))
 
 
-def end_at_corners(axes: Any, solution: SolutionData, name: str, curves: Sequence[Array]) -> None:
+def end_at_corners(axes: Axes, solution: SolutionData, name: str, curves: Sequence[Array]) -> None:
     """End the axis of tractions (m,) of an interface as `shown_range` says, and say so."""
     shown = shown_range(solution, name, curves)
     if shown is None:

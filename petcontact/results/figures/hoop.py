@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arrays import Array, Index
@@ -11,13 +9,14 @@ from ...fields.boundary.places import best_places
 from ...fields.stress_state import StressState
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import label, legend_beside, plain
+from ...untyped import Axes, Figure, Keyed
 from ..data import SolutionData
 from ..vtu.inner_fields import filled_bodies
 from .curves import headed, shown_ends
 from .plane_figures import line
 
 
-def draw_hoop(figure: Any, solution: SolutionData) -> None:
+def draw_hoop(figure: Figure, solution: SolutionData) -> None:
     """Draw the normal stress along the boundary, loop after loop, at the end of each step.
 
     Bodies of revolution have the stress around the axis as well. Parts begin at the thin lines.
@@ -52,7 +51,7 @@ def draw_hoop(figure: Any, solution: SolutionData) -> None:
             legend_beside(axes)
 
 
-def _draw_stresses(axes: Any, solution: SolutionData, name: str, start: Array) -> None:
+def _draw_stresses(axes: Axes, solution: SolutionData, name: str, start: Array) -> None:
     """Draw the curves of a body whose elements have the arc lengths `start` at their starts."""
     mesh, ends, largest = as_curve(solution.meshes[name]), shown_ends(solution), 0.0
     element, place = best_places(mesh)
@@ -72,7 +71,7 @@ def _draw_stresses(axes: Any, solution: SolutionData, name: str, start: Array) -
 
 def _curves(
     mesh: CurveMesh, element: Index, place: Array, state: StressState
-) -> list[tuple[str, Array, dict[str, Any]]]:
+) -> list[tuple[str, Array, Keyed]]:
     """Return the name, the stress and the style of each curve."""
     along = hoop_stress(mesh, element, place, state)
     if "zz" not in mesh.stresses:

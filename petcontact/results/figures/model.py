@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import legend_below, new_label, plain
+from ...untyped import Axes, Figure
 from ..data import SolutionData
 from ..vtu.inner_fields import filled_bodies
 from .model_in_space import draw_space
@@ -36,12 +37,12 @@ BESIDE = 0.8
 """Width of what stands beside the axes of the plane [inch]."""
 
 
-def draw_model(figure: Any, solution: SolutionData) -> None:
+def draw_model(figure: Figure, solution: SolutionData) -> None:
     """The problem of a solution, as `petcontact draw` shows it."""
     DRAWING[next(iter(solution.meshes.values())).dim](figure, solution)
 
 
-def _draw_plane(figure: Any, solution: SolutionData) -> None:
+def _draw_plane(figure: Figure, solution: SolutionData) -> None:
     axes, size = figure.add_subplot(), size_of(solution)
     view = view_of(solution, factor=0.0)  # where bodies are before anything moves
     draw_obstacles(axes, solution, view)
@@ -64,7 +65,7 @@ def _draw_plane(figure: Any, solution: SolutionData) -> None:
         _named(axes, mesh, part, taken, 0.5 * THICK * size)
 
 
-def _bodies(axes: Any, solution: SolutionData) -> None:
+def _bodies(axes: Axes, solution: SolutionData) -> None:
     """The bodies, tinted between their outlines, of which holes run the other way round."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
@@ -80,14 +81,14 @@ def _bodies(axes: Any, solution: SolutionData) -> None:
             axes.plot(*loop.T, color=colour, lw=1.0)
 
 
-def _edge(axes: Any, mesh: CurveMesh, part: LabelledPart) -> None:
+def _edge(axes: Axes, mesh: CurveMesh, part: LabelledPart) -> None:
     """A part that may touch, as a thick line."""
     for elements in stretches(mesh, part.name):
         x = mesh.on_elements(elements, np.linspace(-1.0, 1.0, 5))[0].reshape(-1, 2)
         axes.plot(*x.T, color=KINDS["contact"], lw=2.4, label=new_label(axes, "contact"))
 
 
-def _named(axes: Any, mesh: CurveMesh, part: LabelledPart, taken: list[Any], away: float) -> None:
+def _named(axes: Axes, mesh: CurveMesh, part: LabelledPart, taken: list[Any], away: float) -> None:
     """The name of a part along its longest stretch, and what holds on it: on the inner side, or
     where others stand there on the outer one."""
     middle = _middle(mesh, part.name)

@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import wrapped
+from ...untyped import Axes, Figure
 from ..data import SolutionData
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
 from .surface_figure import (
@@ -31,7 +32,7 @@ IN_SPACE = 16
 may stand, too."""
 
 
-def draw_space(figure: Any, solution: SolutionData) -> None:
+def draw_space(figure: Figure, solution: SolutionData) -> None:
     """The problem of a solution in space."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -61,7 +62,7 @@ def draw_space(figure: Any, solution: SolutionData) -> None:
 
 
 def _both_sides(
-    figure: Any, solution: SolutionData, bodies: Mapping[str, Sampled], colours: Any
+    figure: Figure, solution: SolutionData, bodies: Mapping[str, Sampled], colours: Any
 ) -> list[Any]:
     """Bodies and loads from opposite sides: what one picture hides the other one shows."""
     up, round_ = best_view(solution)
@@ -77,7 +78,7 @@ def _both_sides(
 
 
 def _titles(
-    figure: Any,
+    figure: Figure,
     solution: SolutionData,
     views: list[Any],
     bodies: Mapping[str, Sampled],
@@ -99,20 +100,20 @@ def _soft(colour: str) -> tuple[float, ...]:
     return tuple(1.0 - 0.55 * (1.0 - np.array(to_rgb(colour))))
 
 
-def _view(axes: Any) -> Array:
+def _view(axes: Axes) -> Array:
     """The rows (3, 3) point along the screen, up, and to the eye."""
     eye = toward_eye(axes.elev, axes.azim)
     return np.vstack([SurfaceMesh.tangents_to(eye[None])[0], eye])
 
 
 def _places(
-    axes: Any, solution: SolutionData, bodies: Mapping[str, Sampled], parts: list[LabelledPart]
+    axes: Axes, solution: SolutionData, bodies: Mapping[str, Sampled], parts: list[LabelledPart]
 ) -> dict[LabelledPart, Array | None]:
     """Where the name of each part may stand; None of parts that are hidden."""
     return {part: _seen(solution, part, bodies, _view(axes)) for part in parts}
 
 
-def _names(axes: Any, places: Mapping[LabelledPart, Array | None]) -> None:
+def _names(axes: Axes, places: Mapping[LabelledPart, Array | None]) -> None:
     """The names of parts that are seen, where no other name stands."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
@@ -160,7 +161,7 @@ def _given(solution: SolutionData) -> Iterator[tuple[Array, Array, Array]]:
             yield mesh.x[some], mesh.normal[some], solution.bodies[part.body].traction[some]
 
 
-def _loads(axes: Any, solution: SolutionData) -> None:
+def _loads(axes: Axes, solution: SolutionData) -> None:
     """Tractions that are given, and forces at points, as arrows."""
     size, drawn = size_of(solution), list[tuple[Array, Array]]()
     for at, force in point_forces(solution):

@@ -22,6 +22,7 @@ from ...runtime.figure_style import (
     plain,
     state_style,
 )
+from ...untyped import Axes, Figure, Keyed
 from ..data import SolutionData
 from ..records import PairResult
 from .curves import CURVES, along, headed, headed_end, shown_ends
@@ -45,14 +46,14 @@ BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
 """Colours of the bodies' outlines: not those of the states."""
 
 
-def draw_deformed(figure: Any, solution: SolutionData, view: View | None = None) -> None:
+def draw_deformed(figure: Figure, solution: SolutionData, view: View | None = None) -> None:
     """Draw the outlines before and after, the states of contact nodes, and the forces on them."""
     axes = figure.add_subplot()
     deformed_on(axes, solution, view)
     fit_height(figure, axes, beside=0.8, above=1.6)
 
 
-def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
+def deformed_on(axes: Axes, solution: SolutionData, view: View | None = None) -> None:
     """Draw the same on given axes, in a view that other drawings share or in its own one."""
     shown = view or view_of(solution)
     draw_outlines(axes, solution, shown)
@@ -68,7 +69,7 @@ def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> 
     legend_below(axes, 5)
 
 
-def fit_height(figure: Any, axes: Any, beside: float, above: float) -> None:
+def fit_height(figure: Figure, axes: Axes, beside: float, above: float) -> None:
     """Make a figure as high as axes of equal scales need that fill its width.
 
     `beside` and `above` are the room for what stands beside the axes, and above and below [inch].
@@ -78,7 +79,7 @@ def fit_height(figure: Any, axes: Any, beside: float, above: float) -> None:
     figure.set_figheight(min(max(high, 1.2), 5.4) + above)
 
 
-def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
+def draw_outlines(axes: Axes, solution: SolutionData, view: View) -> None:
     """Draw the outlines of the bodies, supports, obstacles, and the states of contact nodes."""
     factor = view.factor
     draw_obstacles(axes, solution, view)
@@ -98,7 +99,7 @@ def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
         draw_states(axes, moved(solution, name, factor), shown, friction=friction)
 
 
-def place(axes: Any, solution: SolutionData) -> None:
+def place(axes: Axes, solution: SolutionData) -> None:
     """Set equal scales, the title and the units of the axes."""
     unit = solution.problem.units.length
     if solution.problem.symmetry == "axial" and axes.get_xlim()[0] < 0.5 * size_of(solution):
@@ -108,13 +109,13 @@ def place(axes: Any, solution: SolutionData) -> None:
     )
 
 
-def line(number: int) -> dict[str, Any]:
+def line(number: int) -> Keyed:
     """Return the colour and the style of the curve of a step."""
     return {"color": f"C{number}", "ls": LINES[number % len(LINES)], "lw": 1.2}
 
 
 def _draw_ends(
-    axes: Any,
+    axes: Axes,
     solution: SolutionData,
     name: str,
     values: Callable[[PairResult], Array],
@@ -163,7 +164,7 @@ def _between(
     return along[order_of], np.concatenate(found)[order_of]
 
 
-def draw_displacement(figure: Any, solution: SolutionData) -> None:
+def draw_displacement(figure: Figure, solution: SolutionData) -> None:
     """Draw the slip along each interface at the end of each step (figures 2 and 5).
 
     On fixed ground the slip is the tangential displacement.
@@ -179,7 +180,7 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
         axes.axhline(0.0, color="0.5", lw=0.6)
 
 
-def draw_traction(figure: Any, solution: SolutionData) -> None:
+def draw_traction(figure: Figure, solution: SolutionData) -> None:
     """Draw the tangential traction along each interface at the end of each step (figures 3 and 6).
 
     Each step has its own bounds, in its colour.
@@ -197,7 +198,7 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
         end_at_corners(axes, solution, name, [column for curve in curves for column in curve.T])
 
 
-def _draw_bounds(axes: Any, solution: SolutionData, name: str, order: Index) -> None:
+def _draw_bounds(axes: Axes, solution: SolutionData, name: str, order: Index) -> None:
     """Draw the bounds of the shear at the ends of the steps, once where they are one."""
     ends = shown_ends(solution)
     bounds = [step.pairs[name].bound[order] for step in ends]
@@ -212,7 +213,7 @@ def _draw_bounds(axes: Any, solution: SolutionData, name: str, order: Index) -> 
             axes.plot(s, -bound, **style)
 
 
-def draw_normal(figure: Any, solution: SolutionData) -> None:
+def draw_normal(figure: Figure, solution: SolutionData) -> None:
     """Draw the pressure along each interface at the end of each step.
 
     Where it is negative at the last one, a foundation that does not pull would let go.
@@ -233,7 +234,7 @@ def draw_normal(figure: Any, solution: SolutionData) -> None:
         end_at_corners(axes, solution, name, [curve[:, 0] for curve in curves])
 
 
-def draw_gap(figure: Any, solution: SolutionData) -> None:
+def draw_gap(figure: Figure, solution: SolutionData) -> None:
     """Draw the gap that is left along each interface at the end of each step."""
     for axes, name, _ in _panels(figure, solution, "gap", "length"):
         curves = _draw_ends(
@@ -249,7 +250,7 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
             axes.set_ylim(-0.05 * top, 1.05 * top)
 
 
-def draw_profiles(figure: Any, solution: SolutionData) -> None:
+def draw_profiles(figure: Figure, solution: SolutionData) -> None:
     """Draw the pressure and, downwards, the worn depth of both sides after some of the cycles."""
     table = solution.wear
     assert table is not None
@@ -266,7 +267,7 @@ def draw_profiles(figure: Any, solution: SolutionData) -> None:
 
 
 def _panels(
-    figure: Any,
+    figure: Figure,
     solution: SolutionData,
     what: str,
     unit: str,
@@ -296,7 +297,7 @@ def _panels(
             legend_below(axes, 3)
 
 
-def _shaded(axes: Any, solution: SolutionData, name: str) -> None:
+def _shaded(axes: Axes, solution: SolutionData, name: str) -> None:
     """Shade the stretches of arc length that stick, slip and are open: after one step all of the
     height, after several a row at the bottom for each of them, the first one on top."""
     ends = shown_ends(solution)
@@ -313,7 +314,7 @@ def _shaded(axes: Any, solution: SolutionData, name: str) -> None:
         axes.fill_between([], [], [], color=SHADES[word], label=word)
 
 
-def _room_for_rows(axes: Any, count: int) -> None:
+def _room_for_rows(axes: Axes, count: int) -> None:
     """Lower the bottom of axes so that rows of zones hide no curve."""
     if count > 1:
         low, high = axes.get_ylim()
@@ -341,7 +342,7 @@ def _extent(solution: SolutionData, name: str) -> tuple[float, float]:
     return zones[0][0], zones[-1][1]
 
 
-def _window(axes: Any, pairs: list[PairResult]) -> None:
+def _window(axes: Axes, pairs: list[PairResult]) -> None:
     """Show the stretch that was closed, with a margin."""
     closed = np.any([pair.state != OPEN for pair in pairs], axis=0)
     s = pairs[-1].arc_length

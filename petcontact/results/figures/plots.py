@@ -146,7 +146,7 @@ OF_DIMENSION: dict[int, Drawings] = {
 }
 
 
-def plot_on(solution: SolutionData, place: Any = None, view: View | None = None) -> Any:
+def plot_on(solution: SolutionData, place: object = None, view: View | None = None) -> Any:
     """Draw the bodies as they were and as they are on given axes, or on those of a figure, a new
     one by default; returns the axes. In a view that other drawings share, where one is given."""
     dim = next(iter(solution.meshes.values())).dim

@@ -65,7 +65,7 @@ def parts_of(solution: SolutionData) -> list[LabelledPart]:
     return list(labelled.values())
 
 
-def _kind(condition: Any, traction: Array) -> str:
+def _kind(condition: object, traction: Array) -> str:
     if condition is None or (isinstance(condition, Traction) and not traction.any()):
         return "free"
     return "loaded" if isinstance(condition, Traction) else "held"

@@ -11,6 +11,7 @@ from ...arrays import Array, Mask
 from ...contact.law_protocol import OPEN, SLIP, STICK
 from ...mesh.surface_mesh import as_surface
 from ...runtime.figure_style import STATES, draw_states, label, legend_below, plain
+from ...untyped import Axes, Figure
 from ..data import SolutionData
 from ..records import PairResult
 from ..vtu.spread_points import small_triangles
@@ -30,7 +31,7 @@ beside it, and up to which multiple of the distance to the next node that is ope
 from which on scales differ."""
 
 
-def draw_displacement(figure: Any, solution: SolutionData) -> None:
+def draw_displacement(figure: Figure, solution: SolutionData) -> None:
     """Tangential displacement on each interface at the end, between bodies the slip, as arrows;
     nodes that stick and slip as dots."""
     for axes, name, pair in _panels(figure, solution):
@@ -46,7 +47,7 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
         _arrows(axes, solution, name, slip, unit)
 
 
-def draw_traction(figure: Any, solution: SolutionData) -> None:
+def draw_traction(figure: Figure, solution: SolutionData) -> None:
     """Tangential traction on each interface at the end as arrows, over its share of the bound;
     nodes that stick and slip as dots."""
     for axes, name, pair in _panels(figure, solution):
@@ -61,7 +62,7 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
         _arrows(axes, solution, name, pair.sigma_t, unit)
 
 
-def draw_normal(figure: Any, solution: SolutionData) -> None:
+def draw_normal(figure: Figure, solution: SolutionData) -> None:
     """Pressure on each interface at the end; where it is negative a foundation that does not pull
     would let go."""
     for axes, name, pair in _panels(figure, solution):
@@ -69,7 +70,7 @@ def draw_normal(figure: Any, solution: SolutionData) -> None:
         _shade_traction(axes, solution, name, pair.pressure, what)
 
 
-def draw_error(figure: Any, solution: SolutionData) -> None:
+def draw_error(figure: Figure, solution: SolutionData) -> None:
     """Estimated error of pressure and shear together on each interface at the end, rms over each
     panel."""
     for axes, name, pair in _panels(figure, solution):
@@ -84,7 +85,7 @@ def draw_error(figure: Any, solution: SolutionData) -> None:
         )
 
 
-def draw_gap(figure: Any, solution: SolutionData) -> None:
+def draw_gap(figure: Figure, solution: SolutionData) -> None:
     """What is left of the gap on each interface at the end; panels that face nothing somewhere are
     left out."""
     for axes, name, pair in _panels(figure, solution):
@@ -97,7 +98,7 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
         )
 
 
-def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
+def draw_states_by_step(figure: Figure, solution: SolutionData) -> None:
     """Which nodes stick, slip and are open at the end of each step: a row an interface."""
     ends, names = shown_ends(solution), list(solution.pairs)
     figure.set_size_inches(7.0 + 1.2 * max(0, len(ends) - 3), 0.8 + 3.0 * len(names))
@@ -139,7 +140,7 @@ def _front(solution: SolutionData, name: str, closed: Mask, chart: Chart) -> Mas
     return np.asarray((np.linalg.norm(mean) < ROUND) | (normal @ mean >= 0.0))
 
 
-def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, PairResult]]:
+def _panels(figure: Figure, solution: SolutionData) -> list[tuple[Any, str, PairResult]]:
     """One panel an interface, and its fields at the end."""
     pairs = solution.pairs
     figure.set_layout_engine("compressed")  # axes of equal scales leave no room beside them
@@ -149,14 +150,21 @@ def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, PairRes
     return [(axes, *item) for axes, item in zip(every, pairs.items(), strict=True)]
 
 
-def _shade_traction(axes: Any, solution: SolutionData, name: str, values: Array, what: str) -> None:
+def _shade_traction(
+    axes: Axes, solution: SolutionData, name: str, values: Array, what: str
+) -> None:
     """Shade a traction up to what it is away from corners where it has no bound."""
     shown = shown_range(solution, name, [values])
     _shade(axes, solution, name, values, what, None if shown is None else max(map(abs, shown)))
 
 
 def _shade(
-    axes: Any, solution: SolutionData, name: str, values: Array, what: str, top: float | None = None
+    axes: Axes,
+    solution: SolutionData,
+    name: str,
+    values: Array,
+    what: str,
+    top: float | None = None,
 ) -> None:
     """Panels of an interface, see `Chart`, in bands up to `top` of what nodal values (m,)
     interpolate."""
@@ -204,7 +212,7 @@ def _shade(
     )
 
 
-def _window(axes: Any, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mask:
+def _window(axes: Axes, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mask:
     """Name the axes and choose what they show of nodes at places (m, 2), and which these are: all
     in front, or along an axis on which the face is much larger those in contact and some beside
     them."""
@@ -227,7 +235,7 @@ def _window(axes: Any, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mas
 
 
 def _arrows(
-    axes: Any, solution: SolutionData, name: str, components: Array, unit: str | None
+    axes: Axes, solution: SolutionData, name: str, components: Array, unit: str | None
 ) -> None:
     """Vectors of tangential components with the length of one of them, and the nodes that stick and
     slip."""

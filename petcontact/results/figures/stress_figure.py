@@ -19,6 +19,7 @@ from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...record import record, replace
 from ...runtime.figure_style import label, legend_below, name_what_is_seen, plain, save
 from ...runtime.hints import demand_name
+from ...untyped import Axes, Figure
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
 from ..numbers.peaks import QUANTITIES, stress_peaks, unbounded_places
@@ -155,7 +156,7 @@ class Picture:
         return label(word, units.length if self.quantity.startswith("u") else units.stress)
 
 
-def draw_von_mises(figure: Any, solution: SolutionData, view: View | None = None) -> None:
+def draw_von_mises(figure: Figure, solution: SolutionData, view: View | None = None) -> None:
     """Von Mises stress in the deformed bodies on a coarse grid."""
     view = view or view_of(solution, share=MAGNIFIED)
     picture = Picture(view, "von_mises", filled_bodies(solution))
@@ -163,7 +164,7 @@ def draw_von_mises(figure: Any, solution: SolutionData, view: View | None = None
 
 
 def _draw_plane(
-    figure: Any,
+    figure: Figure,
     solution: SolutionData,
     picture: Picture,
     given: Mapping[str, Field],
@@ -189,7 +190,7 @@ def _draw_plane(
     fit_height(figure, axes, beside=1.6, above=2.1)
 
 
-def _draw_section(figure: Any, solution: SolutionData, picture: Picture) -> None:
+def _draw_section(figure: Figure, solution: SolutionData, picture: Picture) -> None:
     """What a plane cuts out of the bodies, as they were."""
     axes, (axis, value) = figure.add_subplot(), picture.across or (0, 0.0)
     cells = max(picture.resolution or (ALONG,))
@@ -219,7 +220,11 @@ def _draw_section(figure: Any, solution: SolutionData, picture: Picture) -> None
 
 
 def _colour(
-    figure: Any, axes: Any, solution: SolutionData, picture: Picture, fields: Mapping[str, Field]
+    figure: Figure,
+    axes: Axes,
+    solution: SolutionData,
+    picture: Picture,
+    fields: Mapping[str, Field],
 ) -> None:
     """Bodies in colours of the quantity, a colour bar, and its largest value in place and words."""
     values = {name: quantity(field, picture.quantity) for name, field in fields.items()}
@@ -342,7 +347,7 @@ def _field(solution: SolutionData, name: str, picture: Picture, cells: int) -> F
 
 
 def _draw_space(
-    figure: Any,
+    figure: Figure,
     solution: SolutionData,
     picture: Picture,
     given: Mapping[str, Field],

@@ -13,6 +13,7 @@ from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...record import record
 from ...runtime.figure_style import label, plain
+from ...untyped import Axes, Figure
 from ..data import SolutionData
 from ..evaluated import NOWHERE
 from ..vtu.inner_fields import filled_bodies
@@ -71,7 +72,7 @@ def sampled(solution: SolutionData, sample: Sample) -> dict[str, Sampled]:
     return result
 
 
-def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
+def surface_on(axes: Axes, solution: SolutionData, view: View | None = None) -> None:
     """The deformed surfaces of all bodies at the end, shaded by |u|, on given axes; in a view that
     others share, else in the one that suits them."""
     text = shade(
@@ -84,7 +85,7 @@ def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> N
     axes.set_title(text, fontsize="medium")
 
 
-def draw_surface(figure: Any, solution: SolutionData, view: View | None = None) -> None:
+def draw_surface(figure: Figure, solution: SolutionData, view: View | None = None) -> None:
     """The deformed surfaces at the end, shaded by |u|, with the edges of the panels."""
     shade_each(figure, solution, *_displacements(solution), view or view_of(solution))
 
@@ -98,7 +99,7 @@ def _displacements(solution: SolutionData) -> tuple[dict[str, Sampled], str]:
 
 
 def shade_each(
-    figure: Any,
+    figure: Figure,
     solution: SolutionData,
     bodies: Mapping[str, Sampled],
     what: str,
@@ -142,7 +143,7 @@ def shade(
     view: View,
     top: float | None = None,
     names: Sequence[str] = (),
-    bar: Any = None,
+    bar: object = None,
 ) -> str:
     """Draw surfaces, deformed as the view says, in bands up to `top` or to the largest value, with
     a colour bar: on the first of some axes all of them, on the others those of the names alone.
@@ -184,7 +185,7 @@ def shade(
 
 
 def draw_bodies(
-    axes: Any,
+    axes: Axes,
     solution: SolutionData,
     bodies: Mapping[str, Sampled],
     factor: float,
@@ -239,7 +240,7 @@ def _shaded_bands(
 
 
 def draw_nets(
-    axes: Any, solution: SolutionData, factor: float, body: str | None = None
+    axes: Axes, solution: SolutionData, factor: float, body: str | None = None
 ) -> list[Any]:
     """Draw rigid obstacles, all or those of one body, as a net, which hides nothing; the net, or
     nothing.
@@ -332,7 +333,7 @@ def toward_eye(elevation: float, azimuth: float) -> Array:
 
 
 def fit_axes(
-    axes: Any, solution: SolutionData, low: Array, high: Array, zoom: float = ZOOM
+    axes: Axes, solution: SolutionData, low: Array, high: Array, zoom: float = ZOOM
 ) -> None:
     """Limits, equal scales, and few enough ticks that their numbers do not run into each other."""
     from matplotlib.ticker import MaxNLocator

@@ -15,6 +15,7 @@ from ...given.conditions import Displacement, Symmetry, Traction
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...record import record
 from ...runtime.figure_style import COLOURS, new_label
+from ...untyped import Axes
 from ..data import SolutionData
 from ..records import ObstacleResult, PairResult
 from .view import View
@@ -52,7 +53,7 @@ def moved(solution: SolutionData, name: str, factor: float) -> Array:
     return np.asarray(x + factor * u)
 
 
-def draw_obstacles(axes: Any, solution: SolutionData, view: View) -> None:
+def draw_obstacles(axes: Axes, solution: SolutionData, view: View) -> None:
     """The edge of each rigid obstacle where it is not far from the body."""
     size = size_of(solution)
     for name, offset in obstacles(solution, view.factor):
@@ -83,7 +84,7 @@ def obstacles(solution: SolutionData, factor: float) -> Iterator[tuple[str, Arra
         yield interface.name, factor * motion + gap[:, None] * pair.normal
 
 
-def _rigid(x: Array, centre: Any, found: ObstacleResult) -> Array:
+def _rigid(x: Array, centre: object, found: ObstacleResult) -> Array:
     """Displacement (m, d) of an obstacle at points; a turn about the axis moves nothing that is
     drawn."""
     dim = x.shape[1]
@@ -93,14 +94,14 @@ def _rigid(x: Array, centre: Any, found: ObstacleResult) -> Array:
     return np.asarray(MOTIONS[dim].every(x, about) @ moved)
 
 
-def _band(axes: Any, near: Array, far: Array, word: str) -> None:
+def _band(axes: Axes, near: Array, far: Array, word: str) -> None:
     """The edge of something rigid: a line, and what `BEHIND` says."""
     style = {"edgecolor": EDGE, "lw": 0.0, **BEHIND[word]}
     axes.fill(*np.vstack([near, far[::-1]]).T, label=new_label(axes, word), zorder=0.5, **style)
     axes.plot(*near.T, color=EDGE, lw=1.0, zorder=1.5)
 
 
-def draw_supports(axes: Any, solution: SolutionData, view: View) -> None:
+def draw_supports(axes: Axes, solution: SolutionData, view: View) -> None:
     """What holds bodies at the end: hatching where all components are given, else rollers."""
     size, high = size_of(solution), THICK * size_of(solution)
     for side in _sides(solution, view):
@@ -126,7 +127,7 @@ def draw_supports(axes: Any, solution: SolutionData, view: View) -> None:
             _band(axes, side.x, far, "held" if still else "moved")
 
 
-def draw_loads(axes: Any, solution: SolutionData, view: View) -> None:
+def draw_loads(axes: Axes, solution: SolutionData, view: View) -> None:
     """Tractions that are given, at the end."""
     size = size_of(solution)
     sides = [side for side in _sides(solution, view) if isinstance(side.condition, Traction)]
@@ -146,7 +147,7 @@ USUAL = 0.9
 """Share of a contact whose tractions are drawn to scale."""
 
 
-def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
+def draw_tractions(axes: Axes, solution: SolutionData, view: View) -> None:
     """Contact tractions on the secondaries; the largest are cut."""
     size, pairs = size_of(solution), solution.pairs
     largest = max(map(_usual, pairs.values()), default=0.0)
@@ -176,7 +177,7 @@ def _usual(pair: PairResult) -> float:
 
 
 def draw_arrows(
-    axes: Any, x: Array, arrows: Array, pulls: Mask, shown: Index, word: str, colour: str
+    axes: Axes, x: Array, arrows: Array, pulls: Mask, shown: Index, word: str, colour: str
 ) -> None:
     """Arrows with their points at places (m, 2), or where they pull with their feet."""
     shown = shown[np.any(arrows[shown] != 0.0, axis=1)]

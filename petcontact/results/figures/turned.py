@@ -4,12 +4,12 @@ on their surfaces and where they are cut open."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...runtime.figure_style import label
+from ...untyped import Figure
 from ..data import SolutionData
 from ..vtu.boundary import boundary_cells
 from ..vtu.inner_fields import field_inside, filled_bodies, grid_inside, inside_cells
@@ -25,7 +25,7 @@ Part = tuple[Array, dict[str, Array], Index]
 """Points of a surface, what is known there, and the triangles between them."""
 
 
-def draw_turned(figure: Any, solution: SolutionData, view: View, degrees: float) -> None:
+def draw_turned(figure: Figure, solution: SolutionData, view: View, degrees: float) -> None:
     """Draw the deformed bodies at the end, turned by so many degrees, below 360 with their inside.
 
     Raises

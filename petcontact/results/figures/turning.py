@@ -8,18 +8,19 @@ import functools
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...fields.stress_state import StressState
 from ...geometry.rotation import lifted
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.atomic_write import write_text
 from ...runtime.figure_style import label, png
 from ...runtime.terminal import printable
+from ...untyped import Keyed
 from ..data import SolutionData
 from ..evaluated import NOWHERE
 from ..records import PairResult, StepResult, step_ends
@@ -86,7 +87,7 @@ def _curves(solution: SolutionData) -> list[str]:
     return [png(wanted[name], solution) for name in ("normal", "traction") if name in wanted]
 
 
-def scene(solution: SolutionData) -> dict[str, Any]:
+def scene(solution: SolutionData) -> Keyed:
     """What the page shows, as JSON has it; arrays are base64, little-endian."""
     from matplotlib import colormaps
 
@@ -196,8 +197,8 @@ def _quantised(values: Array, low: float, high: float) -> str:
 
 @functools.singledispatch
 def _piece(
-    mesh: Any, solution: SolutionData, name: str, steps: Sequence[StepResult]
-) -> tuple[dict[str, Any], list[Fields]]:
+    mesh: BoundaryMesh, solution: SolutionData, name: str, steps: Sequence[StepResult]
+) -> tuple[Keyed, list[Fields]]:
     """Points, normals, triangles and rims of a body, and its fields after each increment,
     displacements as `move`."""
     raise TypeError(f"no page of {type(mesh).__name__}")
@@ -206,7 +207,7 @@ def _piece(
 @_piece.register
 def _(
     mesh: SurfaceMesh, solution: SolutionData, name: str, steps: Sequence[StepResult]
-) -> tuple[dict[str, Any], list[Fields]]:
+) -> tuple[Keyed, list[Fields]]:
     share = mesh.n_elements / sum(other.n_elements for other in solution.meshes.values())
     places, triangles, rims = small_triangles(mesh, round(TRIANGLES * share))
     x, normal = mesh.at(places.element, places.place)
@@ -247,7 +248,7 @@ def _slip_at_nodes(mesh: SurfaceMesh, nodes: Index, pair: PairResult) -> Array:
 @_piece.register
 def _(
     mesh: CurveMesh, solution: SolutionData, name: str, steps: Sequence[StepResult]
-) -> tuple[dict[str, Any], list[Fields]]:
+) -> tuple[Keyed, list[Fields]]:
     element = np.repeat(np.arange(mesh.n_elements), ALONG + 1)
     place = np.tile(np.linspace(0.0, 1.0, ALONG + 1), mesh.n_elements)
     number = np.arange(len(element)).reshape(-1, ALONG + 1)
@@ -279,7 +280,7 @@ def _of_state(state: StressState) -> Fields:
     return {"move": state.u, "u": np.linalg.norm(state.u, axis=1), "von_mises": state.von_mises}
 
 
-def _geometry(x: Array, normal: Array, triangles: Index, rims: Index) -> dict[str, Any]:
+def _geometry(x: Array, normal: Array, triangles: Index, rims: Index) -> Keyed:
     return {
         "x": _packed(x, "<f4"),
         "normal": _packed(normal, "<f4"),

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from ...mesh.storage import demand
+from ...untyped import Group
 from ..report import Accuracy, Finding, Provenance, from_table
 from .checks import read_table
 
@@ -22,14 +23,14 @@ FINDING = np.dtype(
 """A row of /findings."""
 
 
-def write_findings(group: Any, findings: Sequence[Finding]) -> None:
+def write_findings(group: Group, findings: Sequence[Finding]) -> None:
     """/findings, a table with a row a finding and a column a field."""
     rows = [tuple(getattr(each, name) for name in FINDING.names or ()) for each in findings]
     group["findings"] = np.array(rows, dtype=FINDING)
 
 
 def read_report(
-    group: Any, attributes: Mapping[str, Any], source: str
+    group: Group, attributes: Mapping[str, Any], source: str
 ) -> tuple[Accuracy, Provenance, tuple[Finding, ...]]:
     """Return what a file reports of its solve."""
     accuracy, provenance = (

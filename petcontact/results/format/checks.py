@@ -14,6 +14,7 @@ from ...errors import InputError, ResultError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.storage import demand, demand_range
 from ...stored import Stored, checked
+from ...untyped import Group, Keyed
 
 LARGEST = 50_000_000
 """Entries of one array: a file of a few bytes may claim any number."""
@@ -29,7 +30,7 @@ SQUARED = [Stored("", low=-1e154, high=1e154, infinite=infinite) for infinite in
 """Numbers whose squares do not overflow."""
 
 
-def check_group(group: Any, source: str) -> None:
+def check_group(group: Group, source: str) -> None:
     """Refuse a group that refers to other files, or holds arrays that are too large, complex or not
     finite.
 
@@ -109,7 +110,7 @@ def check_history(columns: Mapping[str, Any], source: str) -> None:
     )
 
 
-def read_table(text: Any, name: str, *, numbers: bool = False) -> dict[str, Any]:
+def read_table(text: Any, name: str, *, numbers: bool = False) -> Keyed:
     """A table that is stored as JSON, of numbers only where asked for."""
     table = json.loads(text)
     fits = isinstance(table, dict) and (

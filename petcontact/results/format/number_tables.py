@@ -12,9 +12,10 @@ import h5py
 import numpy as np
 
 from ...mesh.storage import demand
+from ...untyped import Group, Keyed
 from ..numbers.number import Number
 
-KINDS: dict[str, Any] = {
+KINDS: Keyed = {
     "str": str,
     "int": int,
     "float": (int, float),
@@ -30,20 +31,20 @@ def as_json(number: Number) -> str:
     return json.dumps(table | {"bounded": not math.isinf(number.error)})
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Any:
     """A value as JSON has it: lists, and None for what is not finite."""
     if isinstance(value, np.ndarray):
         return [plain(each) for each in value.tolist()]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def write_numbers(group: Any, numbers: Sequence[Number]) -> None:
+def write_numbers(group: Group, numbers: Sequence[Number]) -> None:
     """Write the dataset "numbers", each number as a text in JSON."""
     rows = np.array([as_json(number) for number in numbers], dtype=object)
     group.create_dataset("numbers", data=rows, dtype=h5py.string_dtype())
 
 
-def read_numbers(group: Any, source: str) -> tuple[Number, ...] | None:
+def read_numbers(group: Group, source: str) -> tuple[Number, ...] | None:
     """The numbers that a file holds; None where it holds none."""
     if "numbers" not in group:
         return None
@@ -52,7 +53,7 @@ def read_numbers(group: Any, source: str) -> tuple[Number, ...] | None:
 
 def _number(row: Any, source: str) -> Number:
     row = {"beside": None, "exponent": None} | row  # files of earlier versions lack these two
-    values: dict[str, Any] = {each.name: row[each.name] for each in fields(Number)}
+    values: Keyed = {each.name: row[each.name] for each in fields(Number)}
     for each in fields(Number):
         value, kinds = values[each.name], KINDS[str(each.type)]
         good = value is None or (isinstance(value, kinds) and not isinstance(value, bool))

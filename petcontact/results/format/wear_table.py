@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from ...mesh.storage import demand
+from ...untyped import Group
 from ..records import WearHistory
 
 
-def write_wear(group: Any, wear: WearHistory) -> None:
+def write_wear(group: Group, wear: WearHistory) -> None:
     """/wear/cycle (j,), and in /wear/contact/NAME pressure and depth (j, m), volume and
     largest_depth (j,)."""
     place = group.create_group("wear", track_order=True)
@@ -23,7 +24,7 @@ def write_wear(group: Any, wear: WearHistory) -> None:
         folder["largest_depth"] = depth.max(axis=1, initial=0.0)
 
 
-def read_wear(group: Any, nodes: Mapping[str, Any], source: str) -> WearHistory | None:
+def read_wear(group: Group, nodes: Mapping[str, Any], source: str) -> WearHistory | None:
     """What was written; None where there are no cycles.
 
     Raises

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 import numpy as np
 
+from ...untyped import Keyed
 from ..data import SolutionData
 from ..format.number_tables import plain
 from ..numbers.number import Number
@@ -34,7 +34,7 @@ def as_json(solution: SolutionData) -> str:
     return json.dumps(table, indent=1, ensure_ascii=False, allow_nan=False)
 
 
-def _number(solution: SolutionData, number: Number) -> dict[str, Any]:
+def _number(solution: SolutionData, number: Number) -> Keyed:
     names = [step.name for step in solution.steps if step.step == number.step]
     power = next(iter(solution.meshes.values())).weight_power
     values = number.value.tolist()

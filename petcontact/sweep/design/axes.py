@@ -177,7 +177,7 @@ def _words(name: str, values: Sequence[Any]) -> list[str]:
     return [name + word for word in words]
 
 
-def value_word(value: Any) -> str:
+def value_word(value: object) -> str:
     """A value as part of an id; different numbers give different texts."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return short_number(value)

@@ -19,6 +19,7 @@ from ... import __version__
 from ...errors import InputError
 from ...given.tables.base import regular_file
 from ...model.case import names_file
+from ...untyped import Keyed
 from .sweep import Sweep
 
 HARMLESS = (
@@ -50,7 +51,7 @@ class Identity:
         the sweep, and "files", that of each file which the values of an axis name.
     """
 
-    def __init__(self, sweep: Sweep, facts: dict[str, Any]) -> None:
+    def __init__(self, sweep: Sweep, facts: Keyed) -> None:
         self.facts = facts
         self._shape, self._bases = sweep.shape, facts["bases"]
         folder = sweep.bases[0].folder
@@ -128,7 +129,7 @@ def identify(
     return Identity(sweep, {"bases": bases, "files": files})
 
 
-def named_files(data: Any, folder: Path) -> Iterator[tuple[str, Path]]:
+def named_files(data: object, folder: Path) -> Iterator[tuple[str, Path]]:
     """Files that plain data name, as they are given and where they are, relative to the problem's
     folder."""
     if isinstance(data, Mapping):
@@ -170,5 +171,5 @@ def _digest(text: str) -> str:
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
-def _text(data: Any) -> str:
+def _text(data: object) -> str:
     return json.dumps(data, sort_keys=True, default=str)

@@ -10,7 +10,6 @@ import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from ...given.tables.base import parse
 from ...model.case import files_in, parse_problem
 from ...model.problem import Problem
 from ...record import record
+from ...untyped import Keyed
 from .axes import full_key, make_axes, value_word
 from .sweep_file import LARGEST_SWEEP, SweepFile, read_files
 
@@ -45,8 +45,8 @@ class Base:
 
     problem: str
     variant: str
-    data: dict[str, Any]
-    fixed: dict[str, Any]
+    data: Keyed
+    fixed: Keyed
     folder: Path
 
 
@@ -65,9 +65,7 @@ class Sweep:
         What `read_files` read.
     """
 
-    def __init__(
-        self, source: str, data: dict[str, Any], problems: dict[str, dict[str, Any]]
-    ) -> None:
+    def __init__(self, source: str, data: Keyed, problems: dict[str, Keyed]) -> None:
         self.content = (source, data, problems)
         self.source = source
         self.file: SweepFile = parse(SweepFile, data, source)
@@ -107,7 +105,7 @@ class Sweep:
             for words in itertools.product(bases, *(axis.words for axis in self.axes))
         ]
 
-    def coordinates(self, place: int) -> dict[str, Any]:
+    def coordinates(self, place: int) -> Keyed:
         """Problem, variant, and the values of the axes, of one case."""
         base, varied = self._entries(place)
         names = {"variant": base.variant} if base.variant else {}
@@ -165,16 +163,16 @@ class Sweep:
         ).tolist():
             self[place]
 
-    def _entries(self, place: int) -> tuple[Base, dict[str, Any]]:
+    def _entries(self, place: int) -> tuple[Base, Keyed]:
         """The base of a case and the values of its axes by dotted key."""
-        varied: dict[str, Any] = {}
+        varied: Keyed = {}
         for axis in reversed(self.axes):
             place, entry = divmod(place, len(axis.values))
             varied = {**dict(zip(axis.keys, axis.values[entry], strict=True)), **varied}
         return self.bases[place], varied
 
 
-def _bases(file: SweepFile, problems: dict[str, dict[str, Any]], source: str) -> list[Base]:
+def _bases(file: SweepFile, problems: dict[str, Keyed], source: str) -> list[Base]:
     stems = {path: value_word(Path(path).stem) for path in problems}
     if len(set(stems.values())) < len(stems):
         raise InputError(
@@ -208,7 +206,7 @@ def read_sweep(path: str | Path) -> Sweep:
     return build_sweep(*read_files(path))
 
 
-def build_sweep(source: str, data: dict[str, Any], problems: dict[str, dict[str, Any]]) -> Sweep:
+def build_sweep(source: str, data: Keyed, problems: dict[str, Keyed]) -> Sweep:
     """Cross what `read_files` read; the same on every rank.
 
     Raises

@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...given.tables.base import Coordinate, Finite, Model, parse, regular_file
 from ...given.tables.mistakes import FUNCTION, WORD
 from ...model.case import LARGEST_FILE, read_toml
+from ...untyped import Keyed
 
 LARGEST_SWEEP = 1_000_000
 LARGEST_POINTS = 200_000_000
@@ -103,7 +104,7 @@ class SweepFile(Model):
     )
     sample: Sample | None = None
     points: str | Mapping[str, list[Any]] | None = None
-    variant: tuple[dict[str, Any], ...] = ()
+    variant: tuple[Keyed, ...] = ()
     set: Mapping[str, Any] = pydantic.Field(default={})
     names: Mapping[str, Annotated[str, pydantic.Field(pattern=WORD)]] = pydantic.Field(default={})
     keep: Keep | None = None
@@ -112,7 +113,7 @@ class SweepFile(Model):
 
     @pydantic.field_validator("variant")
     @classmethod
-    def _named(cls, variants: tuple[dict[str, Any], ...]) -> tuple[dict[str, Any], ...]:
+    def _named(cls, variants: tuple[Keyed, ...]) -> tuple[Keyed, ...]:
         names = [variant.get("name") for variant in variants]
         if not all(isinstance(name, str) and name for name in names) or len(
             set(map(str, names))
@@ -129,7 +130,7 @@ class SweepFile(Model):
         return lists
 
 
-def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[str, Any]]]:
+def read_files(path: str | Path) -> tuple[str, Keyed, dict[str, Keyed]]:
     """Name and plain content of a sweep file, and the plain content of its problem files by path;
     all that it needs."""
     data = read_toml(path, ("problems",))

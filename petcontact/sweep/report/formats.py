@@ -102,7 +102,7 @@ def column_heads(table: Table, quantities: Sequence[str]) -> list[str]:
     return [found or quantities[0] for found in labels]
 
 
-def label(name: str, value: Any) -> str:
+def label(name: str, value: object) -> str:
     """A coordinate and its value: `h = 0.1`, `modified`, `tau 2`."""
     short = {"element_size": "h = ", "rho": "rho = "}
     return short.get(name, "" if isinstance(value, str) else f"{name} ") + text(value)

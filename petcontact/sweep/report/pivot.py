@@ -241,7 +241,7 @@ def _table(
     )
 
 
-def text(value: Any) -> str:
+def text(value: object) -> str:
     """A coordinate as it is printed."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return short_number(value)

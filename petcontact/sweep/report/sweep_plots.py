@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
 from ...record import record
 from ...runtime.figure_style import save
+from ...untyped import Figure
 from ..store.case_table import CaseTable
 from .formats import label
 
@@ -61,7 +61,7 @@ def parse_plot(word: str) -> Plot:
     return Plot(*names)
 
 
-def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
+def draw(figure: Figure, table: CaseTable, plot: Plot) -> None:
     """Draw means of the cases that converged; axes are logarithmic if the values span decades.
 
     Raises

@@ -5,11 +5,12 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from ...errors import InputError, PetcontactError
 from ...runtime.mpi import all_meet
 from ...runtime.petsc import petsc
+from ...untyped import Comm
 
 T = TypeVar("T")
 
@@ -34,7 +35,7 @@ class Team:
         If the world cannot be split evenly.
     """
 
-    def __init__(self, world: Any, size: int) -> None:
+    def __init__(self, world: Comm, size: int) -> None:
         ranks = world.Get_size()
         if ranks % size:
             raise InputError(

@@ -21,6 +21,7 @@ from ...errors import InputError, OutputError, ResultError
 from ...record import record
 from ...results.format.container import write_atomically
 from ...results.solution import Solution, read_result
+from ...untyped import Keyed
 from ..design.identity import Identity
 from ..design.sweep import Sweep
 from .columns import Column, Columns, columns_of, size_of, stacked, taken, texts
@@ -96,7 +97,7 @@ class CaseTable:
             raise InputError(f"{name}: holds texts, not numbers")
         return self.columns[name].astype(float)
 
-    def kept(self, case: int) -> Solution | dict[str, Any] | None:
+    def kept(self, case: int) -> Solution | Keyed | None:
         """What is kept of a case by its place in the table: the whole result, fields on the
         contact, or None.
 
@@ -243,7 +244,7 @@ def load_sweep(path: str | Path) -> Any:
     return pandas.DataFrame(columns)
 
 
-def load_case(path: str | Path, id_: str) -> Solution | dict[str, Any]:
+def load_case(path: str | Path, id_: str) -> Solution | Keyed:
     """What a sweep keeps of one case besides its scalars.
 
     Parameters

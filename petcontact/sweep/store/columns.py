@@ -40,7 +40,7 @@ def column(values: Sequence[Any]) -> Column:
     return np.array([_text(value).encode() for value in values] or [b""], "S")[: len(values)]
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return (
         value
         if isinstance(value, str)

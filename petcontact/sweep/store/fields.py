@@ -6,7 +6,6 @@ from __future__ import annotations
 import io
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ...results.format.container import image_of
 from ...results.hdf5 import write_group
 from ...results.records import ContactFields
 from ...results.solution import Solution, read_result
+from ...untyped import Keyed
 
 DEPTH = {"scalars": 0, "contact": 1, "all": 2}
 """What may be kept, the least first."""
@@ -34,7 +34,7 @@ def packed(solution: Solution, keep: str) -> bytes:
     return image_of(lambda file: write_group(file, solution, numbers=compared))
 
 
-def unpacked(content: bytes, keep: str) -> Solution | dict[str, Any]:
+def unpacked(content: bytes, keep: str) -> Solution | Keyed:
     """What `packed` has packed: a solution, or arrays by name."""
     if keep == "contact":
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
@@ -44,7 +44,7 @@ def unpacked(content: bytes, keep: str) -> Solution | dict[str, Any]:
         return read_result(file.name)
 
 
-def contact_arrays(solution: Solution) -> dict[str, Any]:
+def contact_arrays(solution: Solution) -> Keyed:
     """Nodal fields on the contact and, as `history_...`, one value an iteration.
 
     Of several bodies: the fields of all interfaces after the last step, with the name of the

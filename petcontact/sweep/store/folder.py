@@ -10,10 +10,10 @@ import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from ...errors import InputError, ResultError
 from ...runtime.atomic_write import write_text
+from ...untyped import Keyed
 from ..design.identity import Identity
 from ..design.sweep import Sweep
 
@@ -125,7 +125,7 @@ class SweepFolder:
             If there is none.
         """
         try:
-            index: dict[str, Any] = json.loads(self.index.read_text(encoding="utf-8"))
+            index: Keyed = json.loads(self.index.read_text(encoding="utf-8"))
             if (index["format"], index["version"]) != (FORMAT, FORMAT_VERSION):
                 raise InputError("of another version of petcontact")
             sweep = Sweep(index["source"], index["sweep"], index["problems"])

@@ -15,14 +15,15 @@ import time
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ...errors import OutputError
 from ...runtime.signals import deferred
+from ...untyped import Keyed
 
 LONGEST_WAIT = 1.0
 """Seconds of finished work that a kill may cost."""
-Row = dict[str, Any]
+Row = Keyed
 
 
 class Log:
