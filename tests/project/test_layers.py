@@ -12,7 +12,8 @@ from import_graph import ImportGraph
 
 ROOT = Path(__file__).parents[2] / "petcontact"
 LAYERS = (
-    "errors record untyped",
+    "errors untyped",
+    "record",
     "arrays native manual",
     "round_off stored",
     "reference runtime geometry compression",

@@ -111,10 +111,11 @@ def divided_load(
     if first is None:
         return None
     ends, changes, _ = zip(*_changes(problem, solution, first), strict=True)
-    shares = np.diff(np.maximum.accumulate(changes), prepend=0.0) / max(changes)
-    adds = shares * solution.accuracy.path > wanted / len(ends)
+    matters = np.diff(np.maximum.accumulate(changes), prepend=0.0) * (
+        solution.accuracy.path * len(ends)
+    ) > wanted * max(changes)
     # what was divided before stays so
-    chosen = {end.step for end, does in zip(ends, adds, strict=True) if does}
+    chosen = {end.step for end, does in zip(ends, matters, strict=True) if does}
     chosen |= {result.step for result in solution.steps if not result.ends}
     divided = {number for number in chosen if not problem.steps[number - 1].is_divided}
     if not divided or count * len(divided) > UNNAMED:
