@@ -26,7 +26,7 @@ def in_body(name: str) -> str:
     >>> in_body("upper"), in_body("body")
     ("body 'upper': ", '')
     """
-    return "" if name == ONE_BODY else f"body {name!r}: "
+    return "" if name == ONE_BODY else f"{the_body(name)}: "
 
 
 class PetcontactError(Exception):

@@ -241,12 +241,12 @@ def _ends(
     ends = [r.load_factor for r in solution.steps if r.step == step and r.cycle <= 1]
     if begins is None:
         return later([0.0, *ends])
-    ends = [begins, *(end for end in ends if end > begins + SOLVED)]
+    before, ends = [begins] * (begins > 0.0), [begins, *(e for e in ends if e > begins + SOLVED)]
     auto = problem.steps[step - 1].increments == "auto"  # small enough from the first one on
     sizes = np.diff(np.sqrt(np.subtract(ends, begins)))
     k = int(np.argmax(sizes)) if len(sizes) and not auto else 0
     parts = _growing(begins, ends[k + 1], 1 if auto else GROWTH, ends[k]) if len(sizes) else []
-    return [*ends[begins <= 0.0 : k + 1], *parts, *later(ends[k + 1 :])]
+    return [*before, *ends[1 : k + 1], *parts, *later(ends[k + 1 :])]
 
 
 def _begins(problem: PreparedProblem, solution: Solution, step: int) -> float | None:

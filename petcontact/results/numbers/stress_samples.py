@@ -21,7 +21,6 @@ from ..strength.strengths import (
     AROUND,
     RING,
     Fit,
-    end_size,
     known,
     level,
     told_at,
@@ -67,7 +66,7 @@ class Samples:
         self._rings = dict[tuple[str, Place], float]()
         self._found = dict[str, Array]()
         mesh = self._fields.mesh
-        self._reach = {each: max(each.distance, end_size(mesh, each)) for each in self.places}
+        self._reach = {each: each.reach(mesh) for each in self.places}
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
         inside = inside[~self._too_near(inside)]

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, Mask
+from ...fields.boundary.places import sizes
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...refinement.corner_modes import Expansion
 
 SHARE = 0.1
@@ -67,11 +69,19 @@ class Place:
         """Whether stress grows so slowly that it is told as a value."""
         return bool(self.expansions) and not any(each.modes for each in self.expansions)
 
-    def growth(self, sizes: Array) -> float:
-        """How much stress changes from elements at the place, of half lengths (n,) of all [length],
-        to where it is told as a value [-]."""
-        known = 2.0 * sizes[list(self.elements)].max() / (TOLD * self.size)
+    def growth(self, mesh: BoundaryMesh) -> float:
+        """How much stress changes from elements at the place to where it is told as a value [-]."""
+        known = self.end_size(mesh) / (TOLD * self.size)
         return float(abs(known ** (1.0 - min(each.least for each in self.expansions)) - 1.0))
+
+    def end_size(self, mesh: BoundaryMesh) -> float:
+        """The size of the largest element that ends at it [length]."""
+        return 2.0 * float(sizes(mesh)[list(self.elements)].max(initial=0.0))
+
+    def reach(self, mesh: BoundaryMesh) -> float:
+        """How far from it stress has no bound: up to where that beside it is told, and in elements
+        that end there [length]."""
+        return max(self.distance, self.end_size(mesh))
 
     @property
     def x(self) -> Array:

@@ -56,15 +56,19 @@ from .touching import (
 
 def singular_places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
     """Return the places of each body after an increment."""
-    return solution.at_end("singular", step, lambda: _places(solution, step))[0]
+    return _found(solution, step)[0]
 
 
 def growth(solution: Evaluated, step: StepResult, body: str, x: Array) -> float:
     """Return how much more a stress at a point (d,) may be at a place whose exponent is nearly 1:
     what there is at `TOLD` of the feature counts, over what elements at the place know [-]."""
-    found = solution.at_end("singular", step, lambda: _places(solution, step))[1][body]
-    size = sizes(solution.meshes[body])
-    return max((each.growth(size) for each in found if each.leaves_out(x[None])[0]), default=0.0)
+    near = (each for each in _found(solution, step)[1][body] if each.leaves_out(x[None])[0])
+    return max((each.growth(solution.meshes[body]) for each in near), default=0.0)
+
+
+def _found(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place]], ...]:
+    """`_places`, looked for once."""
+    return solution.at_end("singular", step, lambda: _places(solution, step))
 
 
 def _places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place]], ...]:

@@ -10,7 +10,6 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Mask
-from ...fields.boundary.places import sizes
 from ...fields.stress_state import StressState
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record, replace
@@ -190,11 +189,6 @@ class Beside:
     endless: Array | None
 
 
-def end_size(mesh: BoundaryMesh, place: Place) -> float:
-    """The size of the largest element that ends at a place [length]."""
-    return 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
-
-
 def _parts(mesh: BoundaryMesh, place: Place) -> set[str]:
     """The parts that meet at a place."""
     return {mesh.part_names[number] for number in mesh.part[list(place.elements)]}
@@ -265,7 +259,7 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
         if grows > elsewhere:
             endless.append((grows, place.x))
         most = max(told_at(own, "shear"), told_at(own, "pressure"))
-        hidden |= (r < max(place.distance, end_size(mesh, place))) & (most > ADDS * elsewhere)
+        hidden |= (r < place.reach(mesh)) & (most > ADDS * elsewhere)
     endless += _under_top(solution, step, [*away], of, np.where(hidden, 0.0, values))
     return Beside(hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1])
 
@@ -287,7 +281,7 @@ def _largest_top(mesh: BoundaryMesh, x: Array, values: Array, away: Mapping[Plac
     """The largest of values (n,) at points (n, d) that is a top, at distances (n,) from places
     where stress is told, or more; 0 where there is none."""
     nearest = np.min([np.full(len(x), np.inf), *away.values()], axis=0)
-    beyond = (r > max(each.distance, end_size(mesh, each)) for each, r in away.items())
+    beyond = (r > each.reach(mesh) for each, r in away.items())
     far = np.all([values < np.inf, *beyond], axis=0)
     top = next(tops(x, values, nearest, far), None)
     return 0.0 if top is None else float(values[top])
