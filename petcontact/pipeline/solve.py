@@ -155,8 +155,8 @@ def _solved(
     prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
     try:
         solution, began = unreported(prepared, monitor), time.perf_counter()
-        solution = with_report(prepared, solution)
-        solution = with_estimate(solution, prepared.comm, law)
+        report = functools.partial(with_report, prepared)
+        solution = with_estimate(solution, prepared.comm, law, report)
         timings = {**solution.timings, "judge": time.perf_counter() - began}
         return replace(solution, timings=timings)
     finally:

@@ -57,6 +57,7 @@ class Evaluated(Keeping, Hinted):
     coarser: Evaluated | None = field(default=None, repr=False, compare=False)
     undivided: Evaluated | None = field(default=None, repr=False, compare=False)
     paths: tuple[Evaluated, ...] = field(default=(), repr=False, compare=False)
+    tracked: Evaluated | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "steps", Listed(self.steps))  # steps["press"]: its increments

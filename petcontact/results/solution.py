@@ -56,6 +56,9 @@ class Solution(SolutionData):
     paths : tuple of SolutionData
         Solutions with other increments, each of which differs less from the one before than from
         this one. Files do not hold them.
+    tracked : SolutionData, optional
+        The solution with as many increments on a coarser mesh, where that one has the other paths;
+        files do not hold it.
     written : tuple of Number, optional
         The numbers with errors that a result file holds; None of a solution that was not read.
     """

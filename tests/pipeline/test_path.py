@@ -113,7 +113,7 @@ def test_a_contact_that_grows_from_nothing_takes_increments_until_q_is_known():
     """q of a roller that is pressed, without and with named increments, against 128 that grow with
     the contact (as (k/n)² of the load). One increment leaves 5 % of p."""
     posed = pressed("x**2/8", None)
-    (result,), pair = posed.paths, posed.pairs["pair"]
+    (result,), pair = (posed.tracked or posed).paths, posed.pairs["pair"]
     assert len(posed.steps) > len(result.steps) and posed.accuracy.path < 1e-2 and not warned(posed)
     prepared = run.prepare(posed.problem)
     try:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -33,8 +34,9 @@ from ...results.solution import Solution
 from ...untyped import Comm
 from ..judge.findings import limit_of, new_finding
 from ..judge.remainders import missed_data
-from ..pose.discretise import MeshMaker, discretise
-from ..run import prepare, unreported
+from ..pose.discretise import discretise
+from ..run import RESOLVED, Coarse, prepare, unreported
+from ..steps.increment import PreparedProblem
 from ..steps.step_loop import known_factors
 from .budget import says_something
 from .difference import difference, displacement_difference, unloaded
@@ -54,7 +56,17 @@ MOST_ITERATIONS = 100
 takes more does not show the error."""
 
 
-def with_estimate(solution: Solution, comm: Comm, law: GivenLaw | None = None) -> Solution:
+Report = Callable[[Solution, Coarse | None], Solution]
+"""Adds to a solution what is to be said of it; a coarser mesh is given if that resolves the
+contact."""
+
+
+def with_estimate(
+    solution: Solution,
+    comm: Comm,
+    law: GivenLaw | None = None,
+    report: Report = lambda solution, _: solution,
+) -> Solution:
     """Return the solution with its estimated error, or with the reason why the error is unknown.
 
     Findings are added where the meshes miss a large share of the given data. In space the estimate
@@ -69,30 +81,59 @@ def with_estimate(solution: Solution, comm: Comm, law: GivenLaw | None = None) -
     comm : PETSc.Comm
     law : optional
         As in `solve`.
+    report : callable, optional
+        It may divide the increments.
     """
     if solution.accuracy.is_known or not solution.converged:
-        return solution
-    missed = missed_data(solution.posed, [*solution.meshes.values()])
-    solution = solution.with_findings(new_finding("known data", text) for text in missed)
+        return report(solution, None)
     reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"
     if solution.posed.boundaries[0].dim > 2 and solution.nodes and not reason:
         from .surface_errors import TailErrors
 
+        solution = _with_missed(report(solution, None))
         error, of_resultants = TailErrors(solution).error()
         return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
     reason = reason or _costly(solution)
     if not reason:
-        try:
-            coarse = _coarser(solution, comm, law)
-            if coarse.converged:
-                accuracy = _difference(solution, coarse)
-                if math.isfinite(accuracy.error):
-                    return replace(_estimated(solution, accuracy), coarser=coarse)
-            reason = "the problem on half as many elements is not solved"
-        except PetcontactError:
-            # data may be given for the nodes of one mesh, or a side may have too few elements
-            reason = "half as many elements do not pose the problem"
-    return replace(solution, accuracy=replace(solution.accuracy, unknown=reason))
+        return _compared(solution, comm, law, report)
+    return _not_known(report(solution, None), reason)
+
+
+def _compared(solution: Solution, comm: Comm, law: GivenLaw | None, report: Report) -> Solution:
+    """Return the solution with its difference from one on half as many elements."""
+    coarse, accuracy = None, Accuracy()
+    reason = "the problem on half as many elements is not solved"
+    try:
+        coarse = _coarser(solution, comm, law)
+        if coarse[1].converged:
+            accuracy = _difference(solution, coarse[1])
+    except PetcontactError:
+        # data may be given for the nodes of one mesh, or a side may have too few elements
+        reason = "half as many elements do not pose the problem"
+    try:
+        said = report(solution, coarse if accuracy.error <= RESOLVED else None)
+        if coarse is None or not math.isfinite(accuracy.error):
+            return _not_known(said, reason)
+        there = said.tracked if isinstance(said.tracked, Solution) else coarse[1]
+        if len(said.steps) > len(solution.steps):
+            there = there if said.tracked else _as_divided(coarse[0], said)
+            accuracy = _difference(said, there)
+        return replace(_estimated(_with_missed(said), accuracy), coarser=there)
+    finally:
+        if coarse is not None:
+            coarse[0].close()
+
+
+def _with_missed(solution: Solution) -> Solution:
+    """Return the solution with findings where the meshes miss given data."""
+    missed = missed_data(solution.posed, [*solution.meshes.values()])
+    return solution.with_findings(new_finding("known data", text) for text in missed)
+
+
+def _not_known(solution: Solution, reason: str) -> Solution:
+    """Return the solution with the reason why its error is not known."""
+    accuracy = replace(solution.accuracy, unknown=reason)
+    return replace(_with_missed(solution), accuracy=accuracy)
 
 
 def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
@@ -133,12 +174,27 @@ def _costly(solution: Solution) -> str:
     return ""
 
 
-def _coarser(solution: Solution, comm: Comm, law: GivenLaw | None) -> Solution:
-    """Return the solution on meshes with half as many elements along each direction."""
+def _coarser(solution: Solution, comm: Comm, law: GivenLaw | None) -> Coarse:
+    """Return the problem on meshes with half as many elements along each direction, and the
+    solution with the same increments."""
     meshes = list(solution.meshes.values())
-    return _again(
-        solution, lambda b, body, boundary: coarser_mesh(meshes[b], body, boundary), comm, law
+    problem = by_newton(solution.problem, max_iterations=MOST_ITERATIONS)
+    discrete = discretise(
+        problem, lambda b, body, boundary: coarser_mesh(meshes[b], body, boundary), law
     )
+    prepared = prepare(problem, comm, discrete)
+    try:
+        prepared.factors = known_factors(solution)
+        return prepared, unreported(prepared, None, checked=False)
+    except PetcontactError:
+        prepared.close()
+        raise
+
+
+def _as_divided(problem: PreparedProblem, solution: Solution) -> Solution:
+    """Return the solution of a problem with the increments of another one."""
+    discrete = problem.discrete.with_steps_of(solution.problem)
+    return unreported(replace(problem, discrete=discrete, factors=known_factors(solution)), None)
 
 
 @functools.singledispatch
@@ -164,18 +220,6 @@ def by_newton(problem: Problem, **options: object) -> Problem:
     newton = {"name": "semismooth-newton", "rule": None, "start": "zero"}
     method = problem.method.model_copy(update=newton | {"formulation": "condensed"} | options)
     return problem.model_copy(update={"method": method})
-
-
-def _again(solution: Solution, make: MeshMaker, comm: Comm, law: GivenLaw | None) -> Solution:
-    """Return the solution of the same problem, with the same increments, on other meshes."""
-    problem = by_newton(solution.problem, max_iterations=MOST_ITERATIONS)
-    prepared = prepare(problem, comm, discretise(problem, make, law))
-    # take the same increments as the solution
-    prepared.factors = known_factors(solution)
-    try:
-        return unreported(prepared, None, checked=False)
-    finally:
-        prepared.close()
 
 
 def _difference(solution: Solution, coarse: Solution) -> Accuracy:

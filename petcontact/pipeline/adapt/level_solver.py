@@ -18,7 +18,7 @@ from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..eliminate import Announce
 from ..judge.thickness import compactness
 from ..pose.discretise import Discrete, discretise
-from ..run import prepare, reported, unreported
+from ..run import RESOLVED, Coarse, prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.step_loop import known_factors
 from .budget import says_something
@@ -38,6 +38,8 @@ class LevelSolver:
         The problem, with the method for intermediate meshes.
     kept : PreparedProblem or None
         The prepared problem of the last solution that was kept.
+    coarse : Coarse, optional
+        The problem and the solution of a mesh before, if it is small and resolves the contact.
     """
 
     def __init__(
@@ -52,21 +54,34 @@ class LevelSolver:
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
         self._aimed = self._tolerance = math.nan
         self._tried: PreparedProblem | None = None
+        self._before: PreparedProblem | None = None
         self.kept: PreparedProblem | None = None
+        self.coarse: Coarse | None = None
 
     def aim(self, accuracy: float) -> None:
         """Choose the tolerance of compressed operators for a wanted accuracy."""
         self._aimed = self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
 
     def keep(self) -> None:
-        """Keep the operators of the last solution, and free earlier ones."""
-        if self.kept is not None:
-            self.kept.close()
-        self.kept = self._tried
+        """Keep the operators of the last solution, and those of the one before until `settle`."""
+        self._free(self._before)
+        self._before, self.kept = self.kept, self._tried
+
+    def settle(self, before: Solution, error: float) -> None:
+        """Keep the operators of the solution before as `coarse` if its estimated error is small
+        enough, and free them otherwise."""
+        if self._before is not None and error <= RESOLVED:
+            self._free(self.coarse and self.coarse[0])
+            self.coarse, self._before = (self._before, before), None
 
     def close(self) -> None:
         """Free every PETSc object."""
-        for problem in filter(None, (self._tried, self.kept)):
+        for problem in (self._tried, self.kept, self._before, self.coarse and self.coarse[0]):
+            self._free(problem)
+
+    @staticmethod
+    def _free(problem: PreparedProblem | None) -> None:
+        if problem is not None:
             problem.close()
 
     def solved(self, meshes: Meshes[M], last: Solution | None, error: float) -> Tried[M]:

@@ -36,9 +36,10 @@ from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
 from ..pose.body_parts import check_parts
-from ..run import described, prepare, reported, run, with_report
+from ..run import along, described, prepare, reported, unreported, with_report
 from ..steps.increment import Monitor
 from ..steps.start import NAMES
+from ..steps.step_loop import known_factors
 from .budget import Callbacks, Reached, says_something, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
@@ -146,6 +147,7 @@ class AdaptiveSolve:
                 continue
             self._keep(solution)
             self.estimate = strategy.estimate(tried, self.estimate)  # ESTIMATE
+            self.solver.settle(self.solutions[-2:][0], self.estimate.of_before)
             self._report(solution)
             if self.missed > 0.0 or self.error <= self.wanted.accuracy:
                 return
@@ -210,7 +212,7 @@ class AdaptiveSolve:
                 accuracy = replace(solution.accuracy, path=math.nan)
                 solution = replace(solution, accuracy=accuracy)
             else:
-                solution = with_report(problem, solution, wanted)
+                solution = with_report(problem, solution, self.solver.coarse, wanted)
             missed = missed_curves(problem.discrete, solution, first, wanted)
             solution = solution.with_findings(missed)
         again = 0.0 if solution.timings is timings else solution.timings["iterate"]
@@ -324,9 +326,10 @@ def _adapted(
         changes = {"method": problem.method, "step": problem.step}
         last = replace(last, problem=last.problem.model_copy(update=changes))
         prepared = prepare(last.problem, comm, last, method=method, rule=rule)
+        prepared.factors = known_factors(solution)
         exact = solution
         try:
-            solution = run(prepared, monitor=callbacks[0])
+            solution = along(reported(prepared, unreported(prepared, callbacks[0])), exact)
         finally:
             prepared.close()
         if solution.converged:

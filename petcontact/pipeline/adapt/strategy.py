@@ -6,6 +6,7 @@ of marks. It keeps no notes from one mesh to the next: all that is known is in t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -93,6 +94,11 @@ class Estimate:
     def solution(self) -> Solution:
         """The solution."""
         return self.tried.solution
+
+    @property
+    def of_before(self) -> float:
+        """The estimated error of the solution on the meshes before [-]."""
+        return self.differences[-1] if self.differences else math.inf
 
 
 E = TypeVar("E", bound=Estimate)

@@ -57,6 +57,11 @@ class TailEstimate(Estimate):
     resultants: float = math.nan
     all: list[float] = field(default_factory=list)
 
+    @property
+    def of_before(self) -> float:
+        """The estimated error of the solution on the meshes before [-]."""
+        return self.all[-2] if len(self.all) > 1 else math.inf
+
 
 @record
 class PanelMarks:

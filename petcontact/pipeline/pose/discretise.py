@@ -128,6 +128,11 @@ class Discrete:
         changes = {"step": steps, "cycle": cycle}
         return replace(self, problem=self.problem.model_copy(update=changes))
 
+    def with_steps_of(self, other: Problem) -> Discrete:
+        """Return the same problem with the increments of another one."""
+        problem = self.problem.model_copy(update={"step": other.step})
+        return replace(self, problem=problem)
+
     @functools.cached_property
     def motions(self) -> list[Array]:
         """Rigid motions (n, d, r) of each body that no condition holds [-]."""

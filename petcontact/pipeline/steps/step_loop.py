@@ -252,7 +252,8 @@ def _first_share(step: Step) -> float:
 
 
 def known_factors(solution: Solution) -> dict[int, list[float]]:
-    """Return the load factors at which the increments of "auto" ended, by number of the step."""
+    """Return the load factors at which the increments of steps ended that have several, or "auto",
+    by number of the step."""
     return {
         number: [
             result.load_factor
@@ -260,7 +261,7 @@ def known_factors(solution: Solution) -> dict[int, list[float]]:
             if result.step == number and result.cycle <= 1
         ]
         for number, step in enumerate(solution.posed.steps, 1)
-        if step.increments == "auto"
+        if step.increments == "auto" or step.is_divided
     }
 
 

@@ -20,7 +20,7 @@ from ...contact.law_protocol import OPEN, SLIP
 from ...fields.boundary.places import located, sizes
 from ...linalg.nearest import within
 from ...refinement.levels import LEAST_GAIN, MOST_GAIN
-from ...round_off import EPS
+from ...round_off import CHAINED, EPS
 from ..evaluated import Evaluated, displacement_scale
 from ..records import PairResult
 from ..strength.singular_places import singular_places
@@ -61,21 +61,22 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
     An error is what a number differs by on other paths at the end of the same step. It is at least
     the error that the increments of the path itself show.
     """
-    now, last = {number.key: number for number in numbers}, solution
+    now, last = {number.key: number for number in numbers}, solution.tracked or solution
+    bounded = {key for key, number in now.items() if not np.isinf(number.error)}
     errors = dict.fromkeys(now, 0.0)
-    for other in solution.paths:
+    if last is not solution:
+        now |= _by_key(last)
+    for other in last.paths:
         there = _by_key(other)
         ends = {(step.step, step.cycle) for step in other.steps}
         stresses = stresses_near(last, [each for each in numbers if each.key[2:] in ends])
         # errors fall like √h of the increments h at least; of two increments one is made
         left = 1.0 / (max(2.0, len(last.steps) / len(other.steps)) ** 0.5 - 1.0)
-        for key, error in errors.items():
-            number = now[key]
-            if not np.isinf(number.error):
-                change = np.nan
-                if key[2:] in ends:
-                    change = _path_change(last, other, number, there, stresses)
-                errors[key] = error + left * change
+        for key in bounded:
+            change = np.nan
+            if key[2:] in ends:
+                change = _path_change(last, other, now[key], there, stresses)
+            errors[key] += left * change
         now, last = now | there, other
     return {
         number.key: float(np.maximum(errors[number.key], _of_increments(number)))
@@ -93,7 +94,7 @@ def _path_change(
     """Return the difference of a number on another path.
 
     A maximum differs by the largest difference of its function, and an area by at least that of the
-    nodes whose state differs.
+    nodes whose state differs. Where tractions are the same, states that differ are ties.
     """
     name, least = number.name, 0.0
     if number.key in there and name in {*FUNCTIONS, *STATES}:
@@ -102,6 +103,9 @@ def _path_change(
             first, second = (FUNCTIONS[name](pair) for pair in (one, two))
             rows = _counted(solution, number)
             return float(np.abs(first - second)[rows].max(initial=0.0))
+        apart = lengths(one.sigma_t - two.sigma_t) + np.abs(one.pressure - two.pressure)
+        if apart.max(initial=0.0) <= CHAINED * one.size.max(initial=0.0):
+            return 0.0
         least = float(one.weight @ (STATES[name](one) != STATES[name](two)))
     change = _change(solution, other, number, there.get(number.key), stresses)
     return float(np.maximum(least, change))
