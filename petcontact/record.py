@@ -17,15 +17,15 @@ Class = TypeVar("Class", bound=type)
 Value = TypeVar("Value")
 
 
-def _compared(record: Any) -> tuple[Any, ...]:
+def _compared(record: Any) -> tuple[object, ...]:
     return tuple(getattr(record, key.name) for key in fields(record) if key.compare)
 
 
-def _equal(self: Any, other: object) -> bool:
+def _equal(self: object, other: object) -> bool:
     return _compared(self) == _compared(other) if type(self) is type(other) else NotImplemented
 
 
-def _hash(self: Any) -> int:
+def _hash(self: object) -> int:
     return hash(_compared(self))
 
 
@@ -57,7 +57,7 @@ class Keeping:
     """Base of what computes things once; what is kept is not pickled."""
 
     @functools.cached_property
-    def _kept(self) -> dict[Hashable, Any]:
+    def _kept(self) -> dict[Hashable, object]:
         """What was computed, by its key."""
         return {}
 

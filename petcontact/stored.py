@@ -101,7 +101,7 @@ def _product(letters: list[str], sizes: dict[str, int]) -> int:
     return prod(int(c) if c.isdecimal() else sizes[c] for c in letters)
 
 
-def checked(name: str, values: Any, wanted: Stored) -> Any:
+def checked(name: str, values: Any, wanted: Stored) -> object:
     """The values as float64, int64 or text, each in its range; names are short, unlike each other,
     and can be printed.
 

@@ -28,14 +28,14 @@ KERNELS: dict[type, Callable[..., Kernel]] = {
 }
 """Kernels by the kind of a mesh. Each is made from a material, the unit of length of a mesh and a
 `tolerance` of quadrature."""
-COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller]] = {
+COLUMN_FILLERS: dict[type, Callable[[object, Any, ColumnData], ColumnFiller]] = {
     Kelvin2D: plane.compiled_columns,
     Kelvin3D: space.compiled_columns,
     RingKernel: rings.compiled_columns,
     TwistedRingKernel: rings.compiled_columns,
 }
 """By the very class of a kernel: one that inherits may have other integrals."""
-EXPANSIONS: dict[type, Callable[..., Any]] = {Kelvin2D: expansion}
+EXPANSIONS: dict[type, Callable[..., object]] = {Kelvin2D: expansion}
 """What elements add to a field far from them, likewise by the very class of a kernel."""
 
 

@@ -13,7 +13,8 @@ import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from types import ModuleType
+from typing import NoReturn
 
 from .. import __version__
 from ..runtime.failures import guarded
@@ -128,12 +129,12 @@ def _parsed(arguments: Sequence[str]) -> tuple[str, argparse.Namespace, list[str
     return name, command.parse_all(ours[1:]), theirs
 
 
-def _module(name: str) -> Any:
+def _module(name: str) -> ModuleType:
     folder = "reading." if name in READING else ""
     return importlib.import_module(f".{folder}{name}", __package__)
 
 
-def parser_of(name: str) -> tuple[Any, Parser]:
+def parser_of(name: str) -> tuple[ModuleType, Parser]:
     """Return the module of a command and its parser."""
     module = _module(name)
     command = Parser(

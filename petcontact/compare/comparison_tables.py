@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..runtime.figure_style import plain, save_all
 from ..runtime.text_table import aligned, as_csv
-from ..untyped import Figure
+from ..untyped import Axes, Figure
 from .side_by_side import Trial
 
 COLUMNS = (
@@ -116,7 +115,7 @@ def write_figures(rows: Sequence[Trial], folder: str | Path) -> list[Path]:
 
 def _panels(
     figure: Figure, rows: Sequence[Trial], across: str, up: str
-) -> Iterable[tuple[Any, list[Trial]]]:
+) -> Iterable[tuple[Axes, list[Trial]]]:
     """Yield axes for each problem with its runs; the labels of both axes are those given."""
     problems = list(dict.fromkeys(row.problem for row in rows))
     columns = min(2, len(problems))

@@ -16,7 +16,6 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import scipy
@@ -92,7 +91,7 @@ class HalfSpace:
         return self._assemble()
 
     @functools.cached_property
-    def _factor(self) -> Any:
+    def _factor(self) -> object:
         return scipy.linalg.lu_factor(self._matrix, check_finite=False)
 
 

@@ -14,7 +14,7 @@ import copy
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -92,7 +92,7 @@ class BodiesSystem:
         comm: Comm,
         cases: int = 1,
         join: Callable[
-            [Sequence[ElasticBody], Sequence[Interface], Sequence[ContactMaps], Any], Joint
+            [Sequence[ElasticBody], Sequence[Interface], Sequence[ContactMaps], object], Joint
         ]
         | None = None,
     ) -> None:

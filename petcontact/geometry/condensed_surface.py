@@ -26,7 +26,7 @@ from .surface import Boundary
 
 LARGEST = 16_000_000_000
 """Bytes of the arrays."""
-HEADERS: dict[tuple[int, int], Callable[[Any], tuple[Any, bool, Any]]] = {
+HEADERS: dict[tuple[int, int], Callable[[object], tuple[Any, bool, Any]]] = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
 }

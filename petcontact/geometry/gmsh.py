@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import LARGEST_COORDINATE, Array, shown
 from ..errors import InputError
 from ..round_off import CHAINED, WRITTEN
-from ..untyped import Cells
+from ..untyped import Mesh
 from .arcs import turn_through
 from .outline import Outline, Side, arc, oriented
 
@@ -27,7 +27,7 @@ NODES = {"line": 2, "triangle": 3, "quad": 4}
 """Of cells whose names have no number; the others end with theirs."""
 
 
-def gmsh_outline(mesh: Cells, file: str, axial: bool = False) -> Outline:
+def gmsh_outline(mesh: Mesh, file: str, axial: bool = False) -> Outline:
     """Return the outline of a plane mesh that meshio has read.
 
     Each boundary line of the mesh is a side of its own. A line of second order becomes the circular
@@ -54,7 +54,7 @@ def gmsh_outline(mesh: Cells, file: str, axial: bool = False) -> Outline:
     return Outline(oriented(_loops(lines, points, file)))
 
 
-def read_msh(file: str) -> Any:
+def read_msh(file: str) -> object:
     """The mesh of a Gmsh file, as meshio has it.
 
     Raises
@@ -121,7 +121,7 @@ Edges = dict[tuple[int, int], int | None]
 one."""
 
 
-def _lines(mesh: Cells, file: str) -> dict[tuple[int, int], Line]:
+def _lines(mesh: Mesh, file: str) -> dict[tuple[int, int], Line]:
     """Lines in physical groups, by the sorted pair of their end nodes."""
     names = {
         int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 1
@@ -176,7 +176,7 @@ def _on_axis(
     return {(a, b): (a, b, None, "axis") for a, b in on_axis}
 
 
-def _boundary_edges(mesh: Cells) -> Edges | None:
+def _boundary_edges(mesh: Mesh) -> Edges | None:
     """The edges of exactly one cell, None where there are no 2D cells."""
     edges = []
     for block in mesh.cells:

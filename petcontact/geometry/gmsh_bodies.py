@@ -3,20 +3,18 @@ volume."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..arrays import Mask
 from ..errors import InputError
-from ..untyped import Cells
+from ..untyped import Mesh
 from .gmsh_surface import is_surface
 
 FLAT = ("triangle", "quad")
 """Beginnings of the types of plane cells."""
 
 
-def body_of(mesh: Cells, file: str, name: str) -> Any:
+def body_of(mesh: Mesh, file: str, name: str) -> object:
     """Return the mesh of one body.
 
     It has the cells of the physical surface and all lines, in space the cells of the physical
@@ -56,13 +54,13 @@ def body_of(mesh: Cells, file: str, name: str) -> Any:
     )
 
 
-def bodies_of(mesh: Cells) -> dict[str, int]:
+def bodies_of(mesh: Mesh) -> dict[str, int]:
     """Return the numbers of the physical surfaces, in space of the physical volumes, by name."""
     dim = 2 + is_surface(mesh)
     return {str(name): int(tag) for name, (tag, own) in mesh.field_data.items() if own == dim}
 
 
-def _kept(mesh: Cells, kept: list[Mask]) -> Any:
+def _kept(mesh: Mesh, kept: list[Mask]) -> object:
     """Return the mesh of some cells, with their tags."""
     import meshio
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..errors import InputError
 from ..round_off import WRITTEN
-from ..untyped import Cells
+from ..untyped import Mesh
 from .gmsh import UNNAMED
 from .surface import FacetSurface, checked_surface
 
@@ -36,7 +36,7 @@ FACETS: dict[str, list[tuple[int, ...]]] = {
 """Corners of the facets of solid cells and middles of their sides, in meshio's order of nodes."""
 
 
-def gmsh_surface(mesh: Cells, file: str) -> FacetSurface:
+def gmsh_surface(mesh: Mesh, file: str) -> FacetSurface:
     """The closed surface of a mesh as meshio has it, its normals outward.
 
     If there are tetrahedra or hexahedra, only facets of exactly one of them count, and those in no
@@ -90,7 +90,7 @@ def gmsh_surface(mesh: Cells, file: str) -> FacetSurface:
     return replace(whole, middles=np.where(curved, whole.middles, -1))
 
 
-def _surface_cells(mesh: Cells, file: str) -> tuple[Index, Index]:
+def _surface_cells(mesh: Mesh, file: str) -> tuple[Index, Index]:
     """Return triangles and quadrilaterals, (n, 9) corners, middles and centre or -1, and the number
     of the physical surface of each, or 0.
 
@@ -118,7 +118,7 @@ def _surface_cells(mesh: Cells, file: str) -> tuple[Index, Index]:
     return np.vstack(cells), np.concatenate(tags).astype(np.int64)
 
 
-def solid_rim(mesh: Cells) -> Index | None:
+def solid_rim(mesh: Mesh) -> Index | None:
     """Return the facets (n, 9) of exactly one tetrahedron or hexahedron, as of `_surface_cells`.
 
     The result is None if there are no such cells, or other solid ones.
@@ -173,7 +173,7 @@ def _crooked(points: Array, cells: Index) -> Mask:
 
 
 def _divided(points: Array, cells: Index) -> tuple[Index, Index]:
-    """Cells with crooked ones of first order cut along their shorter diagonal, and where each came
+    """Mesh with crooked ones of first order cut along their shorter diagonal, and where each came
     from."""
     divided = _crooked(points, cells) & (cells[:, 4] < 0)
     cut, keep = np.flatnonzero(divided), np.flatnonzero(~divided)
@@ -200,7 +200,7 @@ def _bent(points: Array, cells: Index) -> Mask:
     return np.asarray(np.linalg.norm(away, axis=2).max(axis=1) > WRITTEN * size)
 
 
-def is_surface(mesh: Cells) -> bool:
+def is_surface(mesh: Mesh) -> bool:
     """Whether a mesh, as meshio has it, is the surface of a body in space and not a plane one."""
     points = np.asarray(mesh.points, dtype=float)
     in_space = points.shape[1] == 3 and len(points) > 0 and bool(np.all(np.isfinite(points)))

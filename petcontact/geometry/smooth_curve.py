@@ -65,7 +65,7 @@ def smoothest(
     return fit(most := smooth**2 * math.exp(low)), most
 
 
-def quiet(build: Any, *arguments: Any, **options: Any) -> Any:
+def quiet(build: Any, *arguments: object, **options: object) -> Any:
     """A spline of FITPACK, whose warnings are about sums of squares that no caller gave."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -117,23 +117,23 @@ class SmoothCurve:
         return points, weight, first
 
     @functools.cached_property
-    def _fitted(self) -> tuple[Any, Array, float]:
+    def _fitted(self) -> tuple[object, Array, float]:
         """The spline as FITPACK has it, the parameters of all points, and its sum of squares."""
         points = self._given[0]
         chords = np.insert(np.cumsum(np.hypot(*np.diff(points, axis=0).T)), 0, 0.0)
 
-        def fit(squares: float) -> tuple[Any, Array]:
+        def fit(squares: float) -> tuple[object, Array]:
             u = _arc_lengths(self._spline(points, chords, squares), chords)
             return self._spline(points, u, squares), u
 
-        def away(found: tuple[Any, Array]) -> float:
+        def away(found: tuple[object, Array]) -> float:
             off = np.array(scipy.interpolate.splev(found[1], found[0])) - points.T
             return float(np.hypot(*off).max())
 
         (spline, u), squares = smoothest(fit, away, self.smooth, len(points))
         return spline, u, squares
 
-    def _spline(self, points: Array, u: Array, squares: float) -> Any:
+    def _spline(self, points: Array, u: Array, squares: float) -> object:
         weight, closed = self._given[1], self.closed
         return quiet(scipy.interpolate.splprep, points.T, weight, u, s=squares, per=closed)[0]
 
@@ -292,13 +292,13 @@ class SmoothSide(Side):
         return replace(back, curvature=-self.curvature)
 
 
-def _bends(spline: Any, u: Array) -> Array:
+def _bends(spline: object, u: Array) -> Array:
     """Curvatures (n,) of a spline at parameters (n,)."""
     (x, y), (ddx, ddy) = (scipy.interpolate.splev(u, spline, derivative) for derivative in (1, 2))
     return np.asarray((x * ddy - y * ddx) / np.hypot(x, y) ** 3)
 
 
-def _arc_lengths(spline: Any, u: Array) -> Array:
+def _arc_lengths(spline: object, u: Array) -> Array:
     """Arc lengths (n,) of a spline at parameters (n,)."""
     xi, weight = np.polynomial.legendre.leggauss(4)
     half = 0.5 * np.diff(u)[:, None]

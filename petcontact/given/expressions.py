@@ -7,7 +7,6 @@ import ast
 import functools
 import re
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 import simpleeval
@@ -20,7 +19,7 @@ ARITHMETIC = (
     "only numbers, names, arithmetic, comparisons and functions are allowed, as where(x > 0, 1, 2)"
 )
 PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
-FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
+FUNCTIONS: dict[str, tuple[Callable[..., object], int]] = {
     "sin": (np.sin, 1),
     "cos": (np.cos, 1),
     "tan": (np.tan, 1),
@@ -45,7 +44,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
 }
 _CALLED = {name: function for name, (function, _) in FUNCTIONS.items()}
 # floats throughout: Python's unbounded integers would let 9**9**9 run for ever
-_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
+_OPERATORS: dict[type[ast.AST], Callable[..., object]] = {
     ast.Add: lambda a, b: np.add(_real(a), _real(b)),
     ast.Sub: lambda a, b: np.subtract(_real(a), _real(b)),
     ast.Mult: lambda a, b: np.multiply(_real(a), _real(b)),

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from ..arrays import Array, Index
 from ..errors import SingularMatrixError
 from ..runtime.petsc import petsc
 from ..runtime.ranks import mpi
-from ..untyped import PC, Comm, Vec
+from ..untyped import PC, Comm, Vec, Viewer
 from .row_layout import even_ranges, exchanged, gathered, summed_at, total
 
 TYPE = "petcontact"
@@ -200,7 +199,7 @@ class BlockedLU:
         y.setArray(self.combined((self.begun(rhs), np.ones(1)))[self._own])
         petsc().Log.logFlops(float(self._n) ** 2 / self._ranks)
 
-    def view(self, pc: PC, viewer: Any) -> None:
+    def view(self, pc: PC, viewer: Viewer) -> None:
         """The line of -ksp_view."""
         viewer.printfASCII(
             f"    LU by blocks of {BLOCK} columns, partial pivoting; {len(self._last)} unknowns "
@@ -214,7 +213,10 @@ def _routines() -> tuple[int, int]:
     integers."""
     from scipy.linalg import cython_blas, cython_lapack
 
-    capsules: list[Any] = [cython_lapack.__pyx_capi__["dgetrf"], cython_blas.__pyx_capi__["dgemm"]]
+    capsules: list[object] = [
+        cython_lapack.__pyx_capi__["dgetrf"],
+        cython_blas.__pyx_capi__["dgemm"],
+    ]
     name_of, address_of = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
     name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
     address_of.restype, address_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
@@ -234,7 +236,7 @@ def direct_type(comm: Comm) -> str:
 
 
 @functools.cache
-def register() -> Any:
+def register() -> object:
     """Make `-pc_type petcontact` known to PETSc: a PC of type python under this name.
 
     petsc4py has no call for PCRegister; what is returned has to live as long as PETSc does.

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..arrays import Array
 from ..runtime.petsc import petsc
 from ..runtime.ranks import meet
-from ..untyped import Comm
+from ..untyped import Comm, Mat
 from .row_layout import even_ranges
 
 
-def on_memory(columns: Array, size: int, comm: Comm) -> Any:
+def on_memory(columns: Array, size: int, comm: Comm) -> Mat:
     """A dense PETSc Mat (size, c) on the memory of this rank's rows of it, which are given by
     columns (c, rows); assembled. Collective."""
     count, local = columns.shape
@@ -25,7 +23,7 @@ def on_memory(columns: Array, size: int, comm: Comm) -> Any:
     return result
 
 
-def distributed(matrix: Array, comm: Comm = None) -> Any:
+def distributed(matrix: Array, comm: Comm = None) -> Mat:
     """A dense PETSc Mat (m, n) of an array that every rank has, assembled; PETSc.COMM_WORLD by
     default. Collective."""
     comm = comm if comm is not None else petsc().COMM_WORLD

@@ -3,13 +3,11 @@ ranks."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..arrays import Array
 from ..runtime.ranks import meet
-from ..untyped import Comm
+from ..untyped import Comm, Mat
 from .blocked_lu import direct_type
 from .dense_matrix import on_memory
 from .ksp import LinearSolver, SolverFront
@@ -43,7 +41,7 @@ class DenseSolver(SolverFront):
 
     def __init__(self, comm: Comm, prefix: str) -> None:
         self._comm, self._prefix = comm, prefix
-        self._matrix: Any = None
+        self._matrix: Mat = None
         self._solver = direct_solver(comm, prefix)
 
     def rows(self, size: int) -> tuple[Array, int]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import atexit
 import ctypes
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,18 +14,19 @@ from ..arrays import Array, Index
 from ..errors import InputError, SolverError
 from ..runtime.petsc import given_options, options_error, petsc, reason_name, solver_error
 from ..runtime.ranks import meet
-from ..untyped import PC, Comm, Mat, Vec
+from ..untyped import KSP, PC, Comm, Mat, Vec
 from . import blocked_lu
 from .dense_matrix import on_memory
 from .row_layout import everywhere
 
+T = TypeVar("T")
 EXACT = ("lu", "cholesky", "svd", "redundant", blocked_lu.TYPE)
 """Preconditioners that one application solves with."""
 
 LOOKING = ("monitor", "view_", "residual", "compute_", "test_")
 """Parts of names of options of a KSP that multiply with the matrix, or show it."""
 
-_UNCLOSED: dict[int, Any] = {}
+_UNCLOSED: dict[int, KSP] = {}
 """KSPs over several ranks, in the order in which all ranks made them. To free one is collective, so
 no rank does it when it drops the solver. PETSc ends after Python, and then it cannot free those
 whose preconditioner is Python's."""
@@ -101,12 +103,12 @@ class LinearSolver:
         self._comm, self._prefix, self._in_place, self._context = comm, prefix, in_place, context
         self._is_alone = comm.getSize() == 1  # its end may come after that of the communicator
         self._types, self._last = (ksp_type, pc_type), np.arange(0) if last is None else last
-        self._ksp: Any = None
-        self._owned: list[Any] = []
+        self._ksp: KSP | None = None
+        self._owned: list[Mat] = []
         self._blocked: blocked_lu.BlockedLU | None = None
 
     @property
-    def ksp(self) -> Any:
+    def ksp(self) -> KSP:
         """The PETSc KSP."""
         if self._ksp is None:
             self._ksp = petsc().KSP().create(self._comm)
@@ -127,7 +129,7 @@ class LinearSolver:
             else f"KSP {self._ksp.getType()}, PC {self._ksp.getPC().getType()}"
         )
 
-    def _configure(self, ksp: Any) -> None:
+    def _configure(self, ksp: KSP) -> None:
         pc, database = ksp.getPC(), petsc().Options(self._prefix)
         blocked_lu.register()
         ksp.setOptionsPrefix(self._prefix)
@@ -227,7 +229,7 @@ class LinearSolver:
         parts = [begun.T @ y for begun, y in pairs]
         return everywhere(np.sum(parts, axis=0), self._comm)
 
-    def owned(self, item: object) -> Any:
+    def owned(self, item: T) -> T:
         """A PETSc object that lives as long as this solver."""
         self._owned.append(item)
         return item
@@ -252,14 +254,14 @@ class LinearSolver:
         if self._is_alone:
             self._free()
 
-    def _guard(self, call: Any) -> None:
+    def _guard(self, call: Callable[[], object]) -> None:
         meet(f"the KSP of prefix {self._prefix!r}", self._comm)
         try:
             call()
         except petsc().Error as error:
             raise solver_error(self.stage, error, self._prefix) from error
 
-    def _check(self, solution: Any) -> None:
+    def _check(self, solution: Vec) -> None:
         self.reason = self.ksp.getConvergedReason()
         if self.reason < 0:
             name = (

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..runtime.petsc import petsc
-from ..untyped import PC, Comm, Mat, Vec
+from ..untyped import PC, Comm, Mat, Vec, Viewer
 from .ksp import LinearSolver, SolverFront
 from .row_layout import even_ranges, everywhere
 
@@ -58,7 +57,7 @@ class Krylov(SolverFront):
         """The preconditioner of type python."""
         y.setArray(self._precondition(self._whole(x)).ravel()[self._own])
 
-    def view(self, matrix: Mat, viewer: Any) -> None:
+    def view(self, matrix: Mat, viewer: Viewer) -> None:
         """The line of -ksp_view."""
         viewer.printfASCII(f"    {self._text}\n")
 
@@ -84,6 +83,6 @@ class Krylov(SolverFront):
         """Free every PETSc object."""
         self._solver.close()
 
-    def _whole(self, vector: Any) -> Array:
+    def _whole(self, vector: Vec) -> Array:
         own = vector.getArray(readonly=True)
         return everywhere(own, self._comm).reshape(self._shape)

@@ -269,11 +269,11 @@ class BoundaryMesh(Keeping, abc.ABC):
             yield rows, self.elements(elements[rows])
 
     @abc.abstractmethod
-    def targets(self, nodes: Index | slice) -> Any:
+    def targets(self, nodes: Index | slice) -> object:
         """Return collocation nodes as the kernels need them."""
 
     @abc.abstractmethod
-    def points(self, x: Array) -> Any:
+    def points(self, x: Array) -> object:
         """Return points (m, d) that are no nodes, as the kernels need them."""
 
 

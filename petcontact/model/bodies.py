@@ -3,7 +3,7 @@ parts that may touch."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import pydantic
 
@@ -307,7 +307,7 @@ class Body(Model):
         return next((c for c in self.boundary if c.part == part), None)
 
 
-def _name_or_names(value: object) -> Any:
+def _name_or_names(value: object) -> object:
     """One check instead of a union, whose report would name every branch."""
     if isinstance(value, (list, tuple)) and value and all(isinstance(one, str) for one in value):
         return tuple(value)

@@ -52,7 +52,7 @@ def read_toml(path: str | Path, own: Sequence[str] = ("material", "body")) -> Ke
         raise InputError(f"{str(path)!r}: is no file name") from None
 
 
-def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Problem:
+def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Problem:
     """The problem of a TOML file.
 
     Parameters
@@ -70,7 +70,9 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Proble
     return parse_problem(read_toml(path), str(path), overrides or {}, Path(path).parent)
 
 
-def parse_problem(data: Keyed, source: str, overrides: Mapping[str, Any], folder: Path) -> Problem:
+def parse_problem(
+    data: Keyed, source: str, overrides: Mapping[str, object], folder: Path
+) -> Problem:
     """A problem from plain data, whose files are relative to `folder`, those of the overrides to
     where the program runs."""
     data = files_in(data, folder)
@@ -96,7 +98,7 @@ def names_file(key: str, value: Any) -> bool:
     return text and (last in ("file", "points") or (last == "start" and ".h5" in value))
 
 
-def files_in(data: Any, folder: Path) -> Any:
+def files_in(data: object, folder: Path) -> Any:
     """A copy of the data with all files that they name relative to the folder."""
     if isinstance(data, list):
         return [files_in(each, folder) for each in data]
@@ -130,7 +132,7 @@ def set_key(data: Keyed, key: str, value: object, source: str) -> None:
     *tables, last = key.split(".")
     if len(tables) > DEEPEST:
         raise InputError(f"{source}: {key[:40]!r}...: a key of {len(tables) + 1} parts")
-    table: Any = data
+    table: object = data
     for name in tables:
         if isinstance(table, list):
             table = table[_entry(table, name, source, key)]
@@ -144,7 +146,7 @@ def set_key(data: Keyed, key: str, value: object, source: str) -> None:
         raise InputError(f"{source}: {key}: {'.'.join(tables)!r} is not a table")
 
 
-def _entry(entries: list[Any], name: str, source: str, key: str) -> int:
+def _entry(entries: list[object], name: str, source: str, key: str) -> int:
     if not (name.isdecimal() and int(name) < len(entries)):
         names = [
             f"{k} ({entry.get('name') or entry['part']})"

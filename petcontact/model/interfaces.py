@@ -43,7 +43,7 @@ def posed_interfaces(problem: Any) -> tuple[PosedInterface, ...]:
 
 
 def _in_steps(
-    side: PosedInterface, changes: list[tuple[int, str, Any]], count: int
+    side: PosedInterface, changes: list[tuple[int, str, object]], count: int
 ) -> PosedInterface:
     """The interface with its law in each load state; an overlap is taken up in the first step."""
     law, laws = side.law, [replace(side.law, interference=None, preload=None)]

@@ -21,7 +21,7 @@ from .onward import check_by, moved_on, ways_of
 Increments = Annotated[int | Literal["auto"], whole_or_auto(100_000)]
 
 
-def _force_or_locked(value: Any) -> Any:
+def _force_or_locked(value: Any) -> object:
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if value != "locked" and not (number and 0.0 <= value <= LARGEST_NUMBER):
         raise InputError(f'must be a number from 0 to {LARGEST_NUMBER:g}, or "locked"')

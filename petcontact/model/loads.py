@@ -11,7 +11,7 @@ from ..errors import InputError, the_body
 from ..given.tables.base import Coordinate, Direction, Expression, Finite, Model, Vector
 
 
-def _in_volume(value: object) -> Any:
+def _in_volume(value: object) -> object:
     if isinstance(value, tuple):
         raise InputError("must be a number or an expression; a volume has no nodes")
     return value

@@ -199,7 +199,7 @@ class Obstacle(Model):
 
         return Aimed(self.name, self.shape, shape_of(self, axial), direction, self.hollow)
 
-    def motions(self, kind: Kind) -> list[Any]:
+    def motions(self, kind: Kind) -> list[object]:
         """Displacement and rotation, component by component, each a number, "free" or "hold".
 
         Raises

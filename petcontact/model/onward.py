@@ -86,7 +86,7 @@ def _where(word: str, value: Values, these: Values, those: Values) -> Values:
     )
 
 
-def _load(old: Displacement | Traction | None) -> tuple[Any, ...] | None:
+def _load(old: Displacement | Traction | None) -> tuple[object, ...] | None:
     """The traction that acts on free components, if there is one."""
     return getattr(old, "traction" if isinstance(old, Displacement) else "value", None)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from ..errors import in_body
 from ..given import body_data, conditions
@@ -126,7 +125,7 @@ def _condition(
     return conditions.Traction(part, _vector(condition.value, f"{key}.value"))
 
 
-def _vector(values: Sequence[Any] | None, key: str) -> tuple[Given, ...]:
+def _vector(values: Sequence[object] | None, key: str) -> tuple[Given, ...]:
     return tuple(as_given(value, f"{key}[{c}]") for c, value in enumerate(values or ()))
 
 

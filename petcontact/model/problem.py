@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 import pydantic
 import tomli_w
@@ -197,7 +197,7 @@ class Problem(Setting):
             cycle: Cycle | None = ...,
             method: Method = ...,
             bem: Bem = ...,
-            petsc: Mapping[str, Any] = ...,
+            petsc: Mapping[str, object] = ...,
         ) -> None: ...
 
     @classmethod
@@ -430,7 +430,7 @@ class Problem(Setting):
             )
         return self.body[0]
 
-    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+    def model_copy(self, *, update: Mapping[str, object] | None = None, deep: bool = False) -> Self:
         """A copy with other values, which are not checked; keys of a body are those of the one
         body."""
         changes = dict(update or {})

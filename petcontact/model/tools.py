@@ -151,7 +151,7 @@ def _points(tool: Any, axial: bool) -> Shape:
     return _placed(tool, section)
 
 
-BUILT: dict[str, Callable[[Any, bool], Shape]] = {
+BUILT: dict[str, Callable[[object, bool], Shape]] = {
     "circle": _ball,
     "sphere": _ball,
     "cylinder": _rod,

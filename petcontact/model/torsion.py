@@ -51,7 +51,7 @@ def with_third_components(problem: Any) -> Keyed:
         new = {key: (*_vector(model, key), 0.0) for key in keys if len(_vector(model, key)) == 2}
         return model.model_copy(update=new) if new else model
 
-    def each(owner: Any, *keys: str) -> Any:
+    def each(owner: Any, *keys: str) -> object:
         return owner.model_copy(update={k: tuple(map(whole, getattr(owner, k))) for k in keys})
 
     return {
@@ -70,7 +70,7 @@ def _models(problem: Any) -> Iterator[Model]:
         yield from (*step.boundary, *step.obstacle, *step.point_force)
 
 
-def _vector(model: Model, key: str) -> tuple[Any, ...]:
+def _vector(model: Model, key: str) -> tuple[object, ...]:
     """A vector that is given by its components, else none."""
     value = getattr(model, key)
     return value if isinstance(value, tuple) else ()

@@ -22,7 +22,7 @@ TAKEN = frozenset(("x", "y", "z", "nx", "ny", "nz", "s", "pi", "e", *FUNCTIONS))
 WORDS = re.compile(r"(?<![\w.])[^\W\d]\w*")
 
 
-def with_values(data: Keyed, models: tuple[Any, ...], source: str) -> Keyed:
+def with_values(data: Keyed, models: tuple[object, ...], source: str) -> Keyed:
     """Return plain data whose numbers are no expressions of variables any more.
 
     Parameters
@@ -61,7 +61,7 @@ def with_values(data: Keyed, models: tuple[Any, ...], source: str) -> Keyed:
 
 
 @functools.cache
-def _numeric(models: tuple[Any, ...]) -> frozenset[str]:
+def _numeric(models: tuple[object, ...]) -> frozenset[str]:
     """Keys that take a number, alone or in arrays and tables."""
     return frozenset(
         name
@@ -84,7 +84,7 @@ def _walked(table: object, values: Mapping[str, float], keys: frozenset[str]) ->
     }
 
 
-def _in_numbers(value: object, values: Mapping[str, float], keys: frozenset[str]) -> Any:
+def _in_numbers(value: object, values: Mapping[str, float], keys: frozenset[str]) -> object:
     if isinstance(value, list):
         return [_in_numbers(each, values, keys) for each in value]
     if isinstance(value, dict):

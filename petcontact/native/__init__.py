@@ -35,8 +35,8 @@ FILLER = "piNiNDD"
 """Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and
 two blocks."""
 Compiled = Callable[..., None]
-AnyArray = np.ndarray[Any, np.dtype[Any]]
-_byte_of: Callable[[Any], Any] = ctypes.c_char.from_buffer
+AnyArray = np.ndarray[tuple[int, ...], np.dtype[Any]]
+_byte_of: Callable[[Any], object] = ctypes.c_char.from_buffer
 _address_of: Callable[[Any], int] = ctypes.addressof
 _NUMBERS = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
 _ARRAYS = {"D": "d", "N": "lq", "I": "i", "B": "?bB", "V": "defhlq?bB"}
@@ -145,7 +145,7 @@ class Struct:
         for letter, member in zip(letters, members, strict=True):
             is_number = letter in _NUMBERS
             kinds += {"i": "q", "d": "d"}.get(letter, "P")
-            value: Any = member if is_number else _checked(member, letter)  # type: ignore[arg-type]
+            value: object = member if is_number else _checked(member, letter)  # type: ignore[arg-type]
             values.append(value or 0)
         self._memory = ctypes.create_string_buffer(struct.pack(kinds, *values))
         self.address = ctypes.addressof(self._memory)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -82,7 +81,7 @@ class BodyOperators:
         return single.reshape(d * n, -1) / operators.traction_scale, double.reshape(d * n, -1)
 
     def solve(
-        self, sigma: ArrayLike = None, state: int = -1, alpha: Any = None
+        self, sigma: ArrayLike | None = None, state: int = -1, alpha: object = None
     ) -> tuple[Array, Array]:
         """Displacement [length] and traction [stress] (n, d) on the boundary under the loads and
         given contact tractions.
@@ -118,7 +117,7 @@ class BodyOperators:
         shares = {step or len(body.loads): 1.0}
         return BodyFields(body, mesh, BodyResult(u, traction), volume, elsewhere, shares).at(points)
 
-    def petsc(self, name: str, comm: Comm = None) -> Any:
+    def petsc(self, name: str, comm: Comm = None) -> object:
         """G, H or S of the contact directions as a dense PETSc Mat by rows over the ranks.
 
         Raises
@@ -214,7 +213,7 @@ class Operators:
             self._system.operator.apply(np.asarray(sigma, dtype=float).reshape(len(self.x), -1))
         )
 
-    def petsc(self, name: str = "S", comm: Comm = None) -> Any:
+    def petsc(self, name: str = "S", comm: Comm = None) -> object:
         """S as a dense PETSc Mat by rows over the ranks."""
         return distributed(_named(name, {"S": lambda: self.S}), comm)
 
@@ -273,7 +272,7 @@ def operators(problem: Problem | str | Path, comm: Comm = None) -> Operators:
     """
     given = problem
 
-    def call() -> Callable[[], Mapping[str, Any]]:
+    def call() -> Callable[[], Mapping[str, object]]:
         nonlocal problem
         problem, _ = posed(given, None, None)
         return functools.partial(described, problem)

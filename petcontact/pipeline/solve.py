@@ -39,7 +39,7 @@ def solve(
     method: GivenMethod | None = None,
     rule: Rule | None = None,
     law: GivenLaw | None = None,
-    petsc_options: Mapping[str, Any] | None = None,
+    petsc_options: Mapping[str, object] | None = None,
     comm: Comm = None,
     monitor: Monitor | None = None,
     announce: Announce | None = None,
@@ -111,7 +111,7 @@ def solve(
     """
     posing = problem, method
 
-    def call() -> Callable[[], Mapping[str, Any]]:
+    def call() -> Callable[[], Mapping[str, object]]:
         nonlocal problem, method
         problem, method = posed(*posing, petsc_options)
         return functools.partial(described, problem, method=method, rule=rule, law=law)

@@ -77,7 +77,7 @@ def resized(body: Body, boundary: Boundary, doublings: int) -> Body:
 
 
 @functools.singledispatch
-def _usual_size(boundary: Any) -> float:
+def _usual_size(boundary: object) -> float:
     """Return the size of panels where none is given; nan where a file has the panels [length]."""
     return math.nan
 

@@ -6,9 +6,8 @@ from __future__ import annotations
 import functools
 import json
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, MutableMapping
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -148,7 +147,7 @@ def write_group(group: Group, solution: SolutionData, *, numbers: bool = True) -
     group.visititems(lambda path, item: describe(item, path, solution.problem.units))
 
 
-def _ordered(group: Group, path: str) -> Any:
+def _ordered(group: Group, path: str) -> Group:
     """Return a group that is made if it is missing, and so are its parents.
 
     Groups are listed in the order in which they are made, which is that of the config.
@@ -163,7 +162,7 @@ def _values(record: object, keys: Iterable[str]) -> Keyed:
     return {key: getattr(record, key) for key in keys}
 
 
-def _put(place: Any, values: Mapping[str, Any]) -> None:
+def _put(place: MutableMapping[str, object], values: Mapping[str, object]) -> None:
     """Store values in a group by their names, without those that are None."""
     for key, value in values.items():
         if value is not None:
@@ -199,7 +198,7 @@ def _write_tables(group: Group, steps: list[StepResult]) -> None:
     rows["exchanged"] = np.array([count for row in exchanged for count in row], dtype=int)
 
 
-def _write_step(group: Group, place: Any, solution: SolutionData, step: StepResult) -> None:
+def _write_step(group: Group, place: Group, solution: SolutionData, step: StepResult) -> None:
     facts = {
         "name": step.name,
         "step": step.step,
@@ -378,7 +377,7 @@ def _read_history(rows: Keyed, increment: int) -> History:
     )
 
 
-def _read_step(place: Any, history: History) -> StepResult:
+def _read_step(place: Group, history: History) -> StepResult:
     facts = place.attrs
     pairs = {
         name: PairResult(

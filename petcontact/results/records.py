@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -371,7 +370,7 @@ def step_ends(steps: Sequence[StepResult]) -> list[StepResult]:
     ]
 
 
-def below(tables: Sequence[Mapping[str, Any]]) -> Keyed:
+def below(tables: Sequence[Mapping[str, object]]) -> Keyed:
     """Return the rows of tables with the same columns, one table below the other."""
     keys = tables[0] if tables else ()
     return {key: np.concatenate([table[key] for table in tables]) for key in keys}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from ..record import field, fields, record
 
@@ -153,7 +153,7 @@ def as_json(record: Accuracy | Provenance) -> str:
     return json.dumps({each.name: getattr(record, each.name) for each in fields(record)})
 
 
-def from_table(kind: type[T], table: Mapping[str, Any]) -> T:
+def from_table(kind: type[T], table: Mapping[str, object]) -> T:
     """A record from a table, which may hold other entries."""
     names = [each.name for each in fields(kind)]  # type: ignore[arg-type]
     return kind(**{name: table[name] for name in names if name in table})

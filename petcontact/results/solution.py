@@ -4,7 +4,6 @@ the verdict."""
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from ..untyped import Axes
 from .data import SolutionData
@@ -72,7 +71,7 @@ class Solution(SolutionData):
         """A solution from a result file, see `read_result`."""
         return read_result(path)
 
-    def plot(self, ax: Axes = None) -> Any:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the bodies as they were and as they are, with the states of the contact nodes;
         returns the axes.
 

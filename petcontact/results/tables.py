@@ -6,7 +6,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -189,7 +188,7 @@ def table(solution: SolutionData, name: str, steps: Sequence[int]) -> Table:
     return below(parts)
 
 
-def csv_text(columns: Mapping[str, Any]) -> str:
+def csv_text(columns: Mapping[str, object]) -> str:
     """A table as CSV (RFC 4180, with line feeds): names first, numbers with all their digits; texts
     as of `as_csv`."""
     return as_csv(
@@ -198,7 +197,7 @@ def csv_text(columns: Mapping[str, Any]) -> str:
     )
 
 
-def with_units(columns: Mapping[str, Any], solution: SolutionData) -> Table:
+def with_units(columns: Mapping[str, object], solution: SolutionData) -> Table:
     """The same columns with the names of units that the problem gives: "pressure [MPa]"."""
     power = next(iter(solution.meshes.values())).weight_power
     units = solution.problem.units

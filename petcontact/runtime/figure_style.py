@@ -12,10 +12,10 @@ import textwrap
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
+from ..arrays import Array, States
 from ..errors import InputError
-from ..untyped import ArrayLike, Axes, Keyed
+from ..untyped import Axes, Keyed
 from .atomic_write import temporary_name
 from .terminal import printable
 
@@ -204,7 +204,7 @@ def state_style(state: int, *, friction: bool) -> tuple[str, str, str]:
     return STATES[state] if friction or state != 1 else CONTACT
 
 
-def draw_states(axes: Axes, points: ArrayLike, states: Any, *, friction: bool) -> None:
+def draw_states(axes: Axes, points: Array, states: States, *, friction: bool) -> None:
     """Contact nodes (m, 2) by their state: a shape and a colour each."""
     for state in STATES:
         name, colour, marker = state_style(state, friction=friction)

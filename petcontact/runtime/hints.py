@@ -88,7 +88,7 @@ class Named(dict[str, T]):
 
     if not TYPE_CHECKING:
 
-        def __getattr__(self, name: str) -> Any:
+        def __getattr__(self, name: str) -> object:
             hint = f"; names are keys: [{name!r}]" if name in self else ""
             raise AttributeError(f"{type(self).__name__} has no attribute {name!r}{hint}")
 
@@ -98,7 +98,7 @@ class Hinted:
 
     if not TYPE_CHECKING:  # which would take any attribute then
 
-        def __getattr__(self, name: str) -> Any:
+        def __getattr__(self, name: str) -> object:
             if name.startswith("_") or hasattr(type(self), name):  # what a property raises
                 return object.__getattribute__(self, name)
             raise no_attribute(self, name)

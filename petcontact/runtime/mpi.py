@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from ..errors import PetcontactError
 from ..untyped import Comm
@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 def shared(world: Comm, produce: Callable[[], T]) -> T:
     """What rank 0 produces, on every rank; its error, or its end, is raised on every rank."""
-    outcome: Any = None
+    outcome: object = None
     if world.Get_rank() == 0:
         try:
             outcome = (produce(), None)

@@ -12,6 +12,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from types import ModuleType
 from typing import Any
 
 from ..errors import (
@@ -27,7 +28,7 @@ from .petsc_options import OF_THE_PROGRAM, check, files_first, of_files
 from .signals import reinstall
 from .threads import cap_blas_threads
 
-_failures: list[Any] = []
+_failures: list[object] = []
 """A communicator of all ranks on which nothing else is sent, so that a failed rank can ask whether
 the others failed too."""
 _clocks: list[dict[str, float]] = []
@@ -184,7 +185,7 @@ def _unset_what_mpi_set() -> None:
             os.unsetenv(name)
 
 
-def load_mpi() -> Any:
+def load_mpi() -> ModuleType:
     """The module mpi4py.MPI, which starts MPI if that does not run."""
     if "mpi4py.MPI" not in sys.modules:
         cap_blas_threads()
@@ -206,12 +207,12 @@ def expect_failures(world: Comm) -> None:
         _failures.append(world.Dup())
 
 
-def failure_comm() -> Any:
+def failure_comm() -> Comm:
     """mpi4py communicator of all ranks for use after a failure; None on one rank."""
     return _failures[0] if _failures else None
 
 
-def petsc() -> Any:
+def petsc() -> ModuleType:
     """The petsc4py.PETSc module, initialised."""
     if "petsc4py.PETSc" not in sys.modules:
         initialise()
@@ -327,7 +328,7 @@ def stage(name: str) -> Iterator[None]:
             _clocks[-1][name] = _clocks[-1].get(name, 0.0) + time.perf_counter() - began
 
 
-def is_petsc_error(error: BaseException) -> bool:
+def is_petsc_error(error: Any) -> bool:
     """Whether PETSc raised an exception, asked without loading PETSc."""
     return type(error).__module__.startswith("petsc4py")
 

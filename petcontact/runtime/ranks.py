@@ -17,6 +17,7 @@ import sys
 import time
 import zlib
 from collections.abc import Callable, Iterator, Mapping
+from types import ModuleType
 from typing import Any, TypeVar
 
 from ..errors import InputError, RanksError
@@ -32,7 +33,7 @@ SECONDS = 60.0
 half a minute where all read Python from one busy file server."""
 TAG = 16_381
 """Of the messages before a solve, so that they are not taken for the user's own."""
-Call = Callable[[], Callable[[], Mapping[str, Any]]]
+Call = Callable[[], Callable[[], Mapping[str, object]]]
 _solves: list[SharedSolve] = []
 
 
@@ -87,7 +88,7 @@ class SharedSolve:
 
 
 @contextlib.contextmanager
-def shared_solve(comm: Comm, call: Call) -> Iterator[Any]:
+def shared_solve(comm: Comm, call: Call) -> Iterator[Comm]:
     """A block that all ranks of a communicator do together, and leave together.
 
     Parameters
@@ -227,10 +228,10 @@ def mpi(comm: Comm) -> Any:
 def _meeting_kind() -> Any:
     base = _mpi4py().Intracomm
 
-    def meeting(name: str) -> Any:
+    def meeting(name: str) -> object:
         exchange = getattr(base, name)
 
-        def method(self: Any, *arguments: object, **keywords: object) -> Any:
+        def method(self: object, *arguments: object, **keywords: object) -> object:
             if _solves:
                 _solves[-1].meet(name)
             return exchange(self, *arguments, **keywords)
@@ -241,7 +242,7 @@ def _meeting_kind() -> Any:
     return type("MeetingComm", (base,), {name: meeting(name) for name in names})
 
 
-def _mpi4py() -> Any:
+def _mpi4py() -> ModuleType:
     from mpi4py import MPI
 
     return MPI
@@ -284,7 +285,7 @@ def begin(comm: Comm, call: Call) -> None:
         raise failed
 
 
-def demand_same(name: str, table: Mapping[str, Any]) -> None:
+def demand_same(name: str, table: Mapping[str, object]) -> None:
     """Compare something of the ranks of the solve that is under way.
 
     Raises
@@ -298,7 +299,7 @@ def demand_same(name: str, table: Mapping[str, Any]) -> None:
         )
 
 
-def _demand_same(comm: Comm, table: Mapping[str, Any]) -> None:
+def _demand_same(comm: Comm, table: Mapping[str, object]) -> None:
     texts = comm.allgather(_apart(comm.Get_rank(), table, comm.bcast(table)))
     if any(texts):
         raise InputError(next(filter(None, texts)))
@@ -359,7 +360,7 @@ def _patience() -> float:
     return seconds
 
 
-def _apart(rank: int, theirs: Mapping[str, Any], ours: Mapping[str, Any]) -> str:
+def _apart(rank: int, theirs: Mapping[str, object], ours: Mapping[str, object]) -> str:
     """Return in words what one rank was called with, and rank 0 otherwise; "" if it is the
     same."""
     for key in [*ours, *sorted(theirs.keys() - ours.keys())]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 from .terminal import printable
 
@@ -28,7 +27,7 @@ def aligned(grid: Sequence[Sequence[str]]) -> list[str]:
     return [lines[0], "|" + "|".join("-" * (width + 1) + ":" for width in widths) + "|", *lines[1:]]
 
 
-def as_csv(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+def as_csv(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """Rows as CSV. Text that a spreadsheet would take for a formula begins with an apostrophe; None
     is an empty cell."""
     target = io.StringIO()

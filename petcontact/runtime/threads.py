@@ -48,7 +48,7 @@ def _controller() -> Any:
     return threadpoolctl.ThreadpoolController()
 
 
-def suited_to(size: int) -> AbstractContextManager[Any]:
+def suited_to(size: int) -> AbstractContextManager[object]:
     """Return a block with one BLAS thread where matrices are small, else with all of the rank's.
 
     Threads gain nothing on matrices of up to 2500 rows.
@@ -57,7 +57,7 @@ def suited_to(size: int) -> AbstractContextManager[Any]:
     return contextlib.nullcontext() if many else one_blas_thread()
 
 
-def one_blas_thread() -> AbstractContextManager[Any]:
+def one_blas_thread() -> AbstractContextManager[object]:
     """Return a block with one BLAS thread."""
     # to look at all loaded libraries takes 8 ms
     alone = os.environ.get(VARIABLES[0]) == "1" or all(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
+from ..untyped import Comm
 from .petsc import initialise, petsc
 
 
-def world(argv: Sequence[str] = ()) -> Any:
+def world(argv: Sequence[str] = ()) -> Comm:
     """The communicator of all ranks; PETSc starts with its part of a command line.
 
     Parameters

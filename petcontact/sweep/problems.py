@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import Any
 
 from ..contact.methods.registry import method_of
 from ..model.problem import Problem
@@ -36,7 +35,7 @@ LOADS = re.compile(
 )
 
 
-def elimination_needs(key: str, value: object, *, meshes_fixed: bool) -> Any:
+def elimination_needs(key: str, value: object, *, meshes_fixed: bool) -> object:
     """What of the value of a dotted key the elimination depends on: None if nothing, else what must
     be the same.
 

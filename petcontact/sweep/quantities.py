@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -284,7 +283,7 @@ def is_column(name: str) -> bool:
 
 def row_of(
     id_: str,
-    coordinates: Mapping[str, Any],
+    coordinates: Mapping[str, object],
     solution: Solution,
     *,
     points: Sequence[Sequence[float]] = (),
@@ -316,7 +315,7 @@ def row_of(
 
 
 def failed_row(
-    id_: str, coordinates: Mapping[str, Any], case: Problem | None, reason: str
+    id_: str, coordinates: Mapping[str, object], case: Problem | None, reason: str
 ) -> Keyed:
     """Return the row of a case that has no solution."""
     return {

@@ -164,7 +164,7 @@ def integrated(
 
 
 def curve_columns(
-    name: str, letters: str, curve: list[Any], mesh: CurveMesh, data: ColumnData
+    name: str, letters: str, curve: list[object], mesh: CurveMesh, data: ColumnData
 ) -> CompiledFiller:
     """The filler of columns by a compiled function; `curve` has the members for all elements,
     `letters` their kinds."""

@@ -109,7 +109,7 @@ def _curve(
 
 
 def ring_integrals(
-    kernel: Any, targets: Targets, elements: Elements, *shape: int, of_stress: bool = False
+    kernel: object, targets: Targets, elements: Elements, *shape: int, of_stress: bool = False
 ) -> tuple[Array, Array]:
     """G and H as `bem.kernel.Kernel.integrals`, or D and S of the stress, each (*shape, n(p+1), m).
 
@@ -132,7 +132,7 @@ def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
     return result[: len(LOADS)], result[len(LOADS) :]
 
 
-def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
+def compiled_columns(kernel: object, mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
     """The compiled filler of columns for a kernel of rings."""
     curve = _curve(mesh, np.arange(mesh.n_elements), kernel)
     return curve_columns("petcontact_ring_columns", CURVE, curve, mesh, data)

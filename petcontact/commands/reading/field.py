@@ -12,8 +12,9 @@ import argparse
 import contextlib
 import math
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,7 +34,9 @@ from ..options import (
 )
 
 if TYPE_CHECKING:
+    from ...arrays import Array
     from ...results.solution import Solution
+    from ...results.vtu.inner_fields import Window
 
 
 add_arguments = options(
@@ -185,7 +188,11 @@ def _write_boundaries(solution: Solution, arguments: argparse.Namespace) -> None
 
 
 def _write_fields(
-    output: Path, solution: Solution, arguments: Any, resolution: Any, box: Any
+    output: Path,
+    solution: Solution,
+    arguments: argparse.Namespace,
+    resolution: tuple[int, ...] | None,
+    box: Window | None,
 ) -> Keyed:
     """One .vtu of one body and increment, else a collection; the fields that are there then, by
     body."""
@@ -225,9 +232,9 @@ def one_field(
     output: Path,
     solution: Solution,
     name: str,
-    resolution: Any,
-    box: Any,
-    progress: Any,
+    resolution: tuple[int, ...] | None,
+    box: Window | None,
+    progress: Callable[[float], None],
     degrees: float | None = None,
 ) -> Keyed:
     """Write the field of a body at the end, and say how large its stress is; the field by body."""
@@ -263,7 +270,7 @@ def points_table(source: str, output: Path, solution: Solution, bodies: list[str
     return output
 
 
-def read_points(path: str, dim: int) -> Any:
+def read_points(path: str, dim: int) -> Array:
     """Points (n, dim) of a CSV file; a first line of names is passed over, and so are columns after
     the coordinates."""
     try:
@@ -288,7 +295,7 @@ def read_points(path: str, dim: int) -> Any:
     return np.array(points)
 
 
-def window(words: list[str]) -> Any:
+def window(words: list[str]) -> Window:
     """Lower and upper corner of 4 or 6 numbers."""
     values = [real(word) for text in words for word in text.split(",") if word]
     half = len(values) // 2

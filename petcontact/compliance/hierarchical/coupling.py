@@ -17,7 +17,7 @@ uncoupled.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 import scipy
@@ -29,9 +29,7 @@ from ..body.eliminated import ElasticBody
 from ..interface import ContactMaps, Interface
 from .rows import BodyRows
 
-Sparse = Any
-"""scipy.sparse.csr_array, which is `matrix_of`."""
-matrix_of: Any = scipy.sparse.csr_array
+Sparse: TypeAlias = scipy.sparse.csr_array
 
 
 @record
@@ -178,21 +176,21 @@ class Coupling:
         factors, numbers = np.arange(q), np.arange(k * m)
         self._pick = _selection(numbers, self._place, (k * m, q))
         moved, carried = _joined(maps)
-        self.opposite = matrix_of(moved - self._turn @ self._pick)
+        self.opposite = Sparse(moved - self._turn @ self._pick)
         self.opposite.data[np.abs(self.opposite.data) < 1e-14] = 0.0
         self.opposite.eliminate_zeros()
-        self.seen, self._carried = matrix_of(moved), matrix_of(carried.T)
+        self.seen, self._carried = Sparse(moved), Sparse(carried.T)
         # a primary's node may itself be another's secondary
         self._depth = len(interfaces) if np.isin(self.opposite.indices, self._place).any() else 0
         stress = np.concatenate([np.full(body.slot.size, body.scale) for body in rows])
-        self._felt = matrix_of(scipy.sparse.diags(1.0 / stress) @ self._carried)
+        self._felt = Sparse(scipy.sparse.diags(1.0 / stress) @ self._carried)
         self.scale = _stiffness(rows, interfaces)
         self._own, self._primary = self._of_others()
         self._y = _selection(numbers, self.secondary, (k * m, self.size))
         self._to_u, self._to_t = (
             _selection(offset, factors, (self.columns, q)) for offset in (self._u, self._t)
         )
-        self._to_secondary = matrix_of(self._pick.T @ self._turn_back)
+        self._to_secondary = Sparse(self._pick.T @ self._turn_back)
         self._unknowns = np.concatenate(
             [offset + np.arange(n) for offset, n in zip(self.first_column, sizes, strict=False)]
         )
@@ -215,20 +213,20 @@ class Coupling:
         m, k = self.shape
         of_v = blocks(relation.of_v)
         of_sigma = blocks(relation.of_sigma * self.scale[:, None, None])
-        moved = matrix_of(motion.reshape(m * k, motion.shape[2]))
+        moved = Sparse(motion.reshape(m * k, motion.shape[2]))
         u = _wider(self._primary, moved.shape[1])
         y = _wider(self._y, moved.shape[1])
-        along = matrix_of(of_v @ of_v.T)
+        along = Sparse(of_v @ of_v.T)
         for _ in range(1 + self._depth):
             opposite = -(self.opposite @ u) - _behind(moved, self.size)
             own = of_v @ y + opposite - along @ opposite
             u = _wider(self._primary, moved.shape[1]) + self._to_secondary @ own
-        traction = matrix_of(of_sigma @ (y - of_v.T @ opposite))
+        traction = Sparse(of_sigma @ (y - of_v.T @ opposite))
         primary = _wider(self._own, moved.shape[1])
         factors = (
             primary + self._to_u @ (self._to_secondary @ own) - self._to_t @ (self._felt @ traction)
         )
-        factors = matrix_of(factors)
+        factors = Sparse(factors)
         factors.eliminate_zeros()
         return ColumnExpansion(relation, factors, traction)
 
@@ -280,7 +278,7 @@ class Coupling:
         factors[self._t[(self._t >= first) & (self._t < last)]] = traction.ravel()
         return factors
 
-    def of_unknowns(self, factors: Any) -> Any:
+    def of_unknowns(self, factors: Sparse) -> Sparse:
         """Return the factors of the unknowns' columns, (N, ...), out of those of all columns,
         (columns, ...)."""
         return factors[self._unknowns]
@@ -302,30 +300,30 @@ def blocks(matrices: Array) -> Sparse:
     """Return the block diagonal matrix of (m, k, k)."""
     m, k = matrices.shape[:2]
     rows = np.ascontiguousarray(matrices), np.arange(m), np.arange(m + 1)
-    return matrix_of(scipy.sparse.bsr_array(rows, shape=(k * m, k * m)))
+    return Sparse(scipy.sparse.bsr_array(rows, shape=(k * m, k * m)))
 
 
 def _wider(matrix: Sparse, more: int) -> Sparse:
     """Return the matrix with columns of zeros after its own."""
     shape = matrix.shape[0], matrix.shape[1] + more
-    return matrix_of((matrix.data, matrix.indices, matrix.indptr), shape=shape)
+    return Sparse((matrix.data, matrix.indices, matrix.indptr), shape=shape)
 
 
 def _behind(matrix: Sparse, before: int) -> Sparse:
     """Return the matrix with columns of zeros before its own."""
     shape = matrix.shape[0], matrix.shape[1] + before
-    return matrix_of((matrix.data, matrix.indices + before, matrix.indptr), shape=shape)
+    return Sparse((matrix.data, matrix.indices + before, matrix.indptr), shape=shape)
 
 
-def _joined(maps: Sequence[ContactMaps]) -> list[Any]:
+def _joined(maps: Sequence[ContactMaps]) -> list[Sparse]:
     """Return the maps of displacements and of tractions of all bodies beside one another."""
     pairs = ((of_body.displacement, of_body.traction) for of_body in maps)
     return [scipy.sparse.hstack(parts).tocsr() for parts in zip(*pairs, strict=True)]
 
 
-def _selection(rows: Index, columns: Index, shape: tuple[int, int]) -> Any:
+def _selection(rows: Index, columns: Index, shape: tuple[int, int]) -> Sparse:
     """Return the matrix with a 1 at each of these rows and columns."""
-    return matrix_of((np.ones(len(rows)), (rows, columns)), shape=shape)
+    return Sparse((np.ones(len(rows)), (rows, columns)), shape=shape)
 
 
 def _secondary_nodes(

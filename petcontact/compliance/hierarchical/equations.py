@@ -10,7 +10,6 @@ equilibrium; of A itself β = β' + Dᵀu.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from ...round_off import HALF
 from ...runtime.ranks import mpi
 from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
-from ...untyped import PC, Comm, Mat, Vec
+from ...untyped import PC, Comm, Mat, Vec, Viewer
 from .coupling import Coupling, Relation
 from .krylov import FlexibleKrylov
 from .linear_problem import Balance, Posed, State
@@ -384,7 +383,7 @@ class MixedEquations:
             np.sqrt(np.add.reduceat(x[: self.coupling.size] ** 2, self.coupling.first[:-1]))
         )
 
-    def view(self, matrix: Mat, viewer: Any) -> None:
+    def view(self, matrix: Mat, viewer: Viewer) -> None:
         """Print the line of -ksp_view for the matrix and the preconditioner."""
         viewer.printfASCII(
             f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, "

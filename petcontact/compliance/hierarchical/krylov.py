@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ...arrays import Array
 from ...linalg.ksp import LinearSolver, SolverFront
 from ...linalg.matrix_free import RESTART
@@ -28,7 +26,7 @@ class FlexibleKrylov(SolverFront):
 
     iterations = 0
 
-    def __init__(self, comm: Comm, context: Any) -> None:
+    def __init__(self, comm: Comm, context: object) -> None:
         self._comm, self._context = comm, context
         self._solvers: dict[int, LinearSolver] = {}
 

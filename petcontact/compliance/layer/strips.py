@@ -25,8 +25,8 @@ class Inverses:
     Two are stored because two directions may have two ρ.
     """
 
-    def __init__(self, make: Callable[[Any], Any]) -> None:
-        self._make, self._made = make, dict[float | bytes | None, Any]()
+    def __init__(self, make: Callable[[Any], object]) -> None:
+        self._make, self._made = make, dict[float | bytes | None, object]()
 
     def __call__(self, rho: float | bytes | None) -> Any:
         if rho not in self._made:
@@ -257,7 +257,7 @@ class StickCholesky:
         self._scaled, self._root = scaled, root
         self._factors = Inverses(self._factored)
 
-    def _factored(self, stick: bytes) -> tuple[Index, Any]:
+    def _factored(self, stick: bytes) -> tuple[Index, object]:
         nodes = np.flatnonzero(np.frombuffer(stick, dtype=bool))
         block = self._scaled[nodes[:, None], nodes]
         return nodes, scipy.linalg.cho_factor(

@@ -73,7 +73,7 @@ class Callback:
 
     def _fill(
         self,
-        context: Any,
+        context: object,
         m: int,
         rows: int,
         k: int,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from ...untyped import Comm
 
@@ -29,7 +29,7 @@ class Workers:
         self.size: int = comm.Get_size() if comm is not None else 1
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
-    def map(self, task: Callable[..., T], *items: Iterable[Any]) -> list[T]:
+    def map(self, task: Callable[..., T], *items: Iterable[object]) -> list[T]:
         """Return the results of a task on each item, computed by threads."""
         return list(map(task, *items) if self._pool is None else self._pool.map(task, *items))
 

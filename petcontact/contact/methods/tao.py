@@ -181,7 +181,7 @@ class _BoundSolver:
         ):
             item.destroy()
 
-    def _evaluate(self, solver: Any, x: Any, gradient: Any) -> float:
+    def _evaluate(self, solver: object, x: Any, gradient: Any) -> float:
         self._hessian.mult(x, gradient)
         value = 0.5 * float(x.dot(gradient)) + float(self._b.dot(x))
         gradient.axpy(1.0, self._b)

@@ -16,6 +16,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 FORMATS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges", ".brep": "brep"}
@@ -24,7 +25,7 @@ SEWN = 1e-5
 """Distance of edges that are sewn, over the size of all: IGES files have six digits or more."""
 
 
-def listed(gmsh: Any, file: str) -> dict[str, Any]:
+def listed(gmsh: ModuleType, file: str) -> dict[str, Any]:
     """Solids with their surfaces: number, name, kind, area and centre of each; and the surfaces of
     no solid."""
     model, solids = gmsh.model, []
@@ -71,7 +72,7 @@ def _face(model: Any, number: int) -> dict[str, Any]:
     }
 
 
-def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
+def meshed(gmsh: ModuleType, request: dict[str, Any]) -> dict[str, object]:
     """Write a .msh file of the surface of a solid: cells of about a size, a physical surface for
     each part."""
     model, option = gmsh.model, gmsh.option.setNumber
@@ -93,7 +94,7 @@ def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
     return {}
 
 
-def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, Any]:
+def brought(gmsh: ModuleType, panels: list[dict[str, Any]], rim: float) -> dict[str, object]:
     """Return the points of panels, projected onto one of some surfaces.
 
     Each panel takes the surface to which the whole panel is nearest. Points are projected onto an
@@ -104,7 +105,7 @@ def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, An
 
     model, boxes, edges = gmsh.model, dict[tuple[int, int], Any](), dict[int, list[int]]()
 
-    def apart(dim: int, number: int, points: Any, within: Any) -> Any:
+    def apart(dim: int, number: int, points: object, within: object) -> Any:
         """Whether points are further away from the box around an entity than some distance."""
         if (dim, number) not in boxes:
             boxes[dim, number] = np.array(model.getBoundingBox(dim, number)).reshape(2, 3)
@@ -146,7 +147,7 @@ def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, An
     return {"points": answer}
 
 
-def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, object]]:
     """What was asked for, or what Gmsh says against it."""
     try:
         import gmsh
@@ -173,7 +174,7 @@ def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     gmsh.finalize()
 
 
-def _open(gmsh: Any, file: str) -> None:
+def _open(gmsh: ModuleType, file: str) -> None:
     for key in ("General.Terminal", "General.NumThreads"):
         gmsh.option.setNumber(key, int(key.endswith("Threads")))
     gmsh.model.add("part")

@@ -59,7 +59,7 @@ NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08
 NOT_IN_TITLES = re.compile(r"\x00")
 
 
-def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
+def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., object]:
     """One check instead of a union, whose report would name every branch."""
     if isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION:
         if not value.startswith("<function "):  # as files have it, see `_in_file`
@@ -85,7 +85,7 @@ def _is_number(value: object) -> bool:
     )
 
 
-def _in_file(value: object) -> Any:
+def _in_file(value: object) -> object:
     """What a result file says of an expression: a function has no text."""
     return (
         f"<function {getattr(value, '__name__', type(value).__name__)}>"
@@ -111,7 +111,7 @@ def whole_or_auto(most: int) -> pydantic.BeforeValidator:
     This is one check in place of a union, whose report would name every branch.
     """
 
-    def check(value: object) -> Any:
+    def check(value: object) -> object:
         whole = isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= most
         if not whole and value != "auto":
             raise InputError(f'must be a whole number from 1 to {most}, or "auto"')
@@ -123,7 +123,7 @@ def whole_or_auto(most: int) -> pydantic.BeforeValidator:
 def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
     """Check that a text is one of some names, with the words of a literal."""
 
-    def check(value: object) -> Any:
+    def check(value: object) -> object:
         if value is not None and value not in list(names):
             allowed = " or ".join(
                 filter(None, [", ".join(map(repr, [*names][:-1])), repr([*names][-1])])
@@ -135,7 +135,7 @@ def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
 
 
 Expression = Annotated[
-    float | str | tuple[float, ...] | Callable[..., Any],
+    float | str | tuple[float, ...] | Callable[..., object],
     pydantic.PlainValidator(_expression),
     pydantic.PlainSerializer(_in_file, when_used="json"),
     pydantic.WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]}),
@@ -160,7 +160,7 @@ class _OneLine(ModelMetaclass):
     mistake in the whole input is known when the line is written.
     """
 
-    def __call__(cls, *args: object, **kwargs: object) -> Any:
+    def __call__(cls, *args: object, **kwargs: object) -> object:
         kwargs = {
             name.removesuffix("_") if keyword.iskeyword(name[:-1]) else name: value
             for name, value in kwargs.items()
@@ -206,7 +206,7 @@ class _OneLine(ModelMetaclass):
         """Names of ours: in `help` and completion those of pydantic's base would bury them."""
         return [name for name in super().__dir__() if not _hidden(name)]
 
-    def _by_place(cls: Any, values: tuple[Any, ...], named: Keyed) -> Keyed:
+    def _by_place(cls: Any, values: tuple[object, ...], named: Keyed) -> Keyed:
         """Values without a name, by the fields in their order."""
         if not values:
             return {}
@@ -228,7 +228,7 @@ def _hidden(name: str) -> bool:
     return name in _PYDANTICS or name.startswith("__")
 
 
-def _default(field: Any, everywhere: bool) -> Any:
+def _default(field: Any, everywhere: bool) -> object:
     """Of a parameter that stands for a field of all spellings, or of some."""
     if field.is_required():
         return inspect.Parameter.empty if everywhere else ...
@@ -245,14 +245,14 @@ class Model(Frozen, metaclass=_OneLine):
 
     if not TYPE_CHECKING:
 
-        def __getattr__(self, name: str) -> Any:
+        def __getattr__(self, name: str) -> object:
             if name.startswith("_") or hasattr(type(self), name):
                 return super().__getattr__(name)
             raise no_attribute(self, name)
 
     @pydantic.model_validator(mode="before")
     @classmethod
-    def _without_control_characters(cls, data: object) -> Any:
+    def _without_control_characters(cls, data: object) -> object:
         """Names go into files and file names; expressions may have several lines, and a title is
         printed with all that is no letter written out. The other spelling of a key is taken."""
         if not isinstance(data, dict):
@@ -332,7 +332,7 @@ def parse(cls: type[Model], data: Keyed, source: str) -> Any:
     return checked(cls, lambda: cls.model_validate(data), data, f"{source}: ")
 
 
-def checked(cls: Any, build: Callable[[], Any], data: object, head: str = "") -> Any:
+def checked(cls: Any, build: Callable[[], object], data: object, head: str = "") -> Any:
     """What `build` makes; a mistake in the data is an `InputError` of one line."""
     try:
         return build()

@@ -46,7 +46,7 @@ def _has_inner(key: str, keys: Sequence[str]) -> bool:
     return any(other.startswith((f"{key}[", f"{key}.")) for other in keys)
 
 
-def _mistake(mistake: Any, cls: type, data: Any) -> str:
+def _mistake(mistake: Any, cls: type, data: object) -> str:
     kind, loc, context = mistake["type"], list(mistake["loc"]), mistake.get("ctx", {})
     given = f", got {shown(mistake['input'])}"
     if kind == "control":
@@ -101,7 +101,7 @@ def _not_this_text(given: str, message: str) -> str:
     return f"; {refused}" if refused and refused not in message else words
 
 
-def _not_this_array(kind: str, given: Sequence[Any]) -> str:
+def _not_this_array(kind: str, given: Sequence[object]) -> str:
     """What an array of another length, or in the place of a text, most often means."""
     if kind == "too_short" and len(given) == 1 and isinstance(given[0], list):
         return f"; in single brackets: {shown(given[0])}"
@@ -111,7 +111,7 @@ def _not_this_array(kind: str, given: Sequence[Any]) -> str:
     return "; one text, with a table for each" if kind == "string_type" else ""
 
 
-def _table(given: Any, table: str, keys: Sequence[str], *, named: bool) -> str:
+def _table(given: object, table: str, keys: Sequence[str], *, named: bool) -> str:
     """How something that is no table is written as one; a text may be its name."""
     if named and "name" in keys and isinstance(given, str):
         return f'; write {table}.name = "{given}"'

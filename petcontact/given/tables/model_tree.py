@@ -14,7 +14,7 @@ FEW = 3
 most tables in which a key says something."""
 
 
-def instead(cls: Any, loc: list[Any], data: object) -> str:
+def instead(cls: object, loc: list[Any], data: object) -> str:
     """A key that is meant, the tables in which this one stands, or the keys that there are."""
     models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
     keys = sorted({name for model in models for name in model.model_fields})
@@ -60,7 +60,7 @@ def stands_in(cls: Any, key: str) -> str:
     return f"; it is a key of {', '.join(tables)}" if 0 < len(tables) <= FEW else ""
 
 
-def of_another(cls: Any, loc: list[int | str]) -> str:
+def of_another(cls: object, loc: list[int | str]) -> str:
     """Which other shapes, conditions, ... have a key that the one at hand has not."""
     key, tag = loc[-1], loc[-2] if len(loc) > 1 else ""
     (model, *_) = models_at(cls, loc[:-1])

@@ -21,7 +21,7 @@ from .ray_casting import along
 
 
 @functools.singledispatch
-def as_meshed(boundary: Any, mesh: Any) -> Any:
+def as_meshed(boundary: object, mesh: object) -> Any:
     """Return the boundary with the sides from which a mesh was cut.
 
     Graded meshes join sides that continue straight or along one circle.

@@ -86,7 +86,7 @@ def _kept(
 
 
 def _projections(
-    boundaries: Sequence[Boundary], joints: Sequence[Any], pairs: Sequence[PosedInterface]
+    boundaries: Sequence[Boundary], joints: Sequence[object], pairs: Sequence[PosedInterface]
 ) -> list[Any]:
     """Return the projections of the pairs both of whose sides can be cut again."""
     kinds, projections = [KINDS.get(type(boundary)) for boundary in boundaries], []

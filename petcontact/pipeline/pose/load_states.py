@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -69,7 +68,7 @@ def _values(
 ) -> Array:
     """Return the values of all conditions in all load states, (K, n, d)."""
     value = np.zeros((len(body.conditions) + 1, mesh.n_nodes, mesh.components))
-    cache: dict[str, tuple[Any, Array]] = {}
+    cache: dict[str, tuple[object, Array]] = {}
     for s, of_step in enumerate(body.conditions, 1):
         value[s - 1] = np.where(begins[0] & (s == step), begins[1], value[s - 1])
         for part, condition in of_step.items():

@@ -3,11 +3,10 @@ them."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arrays import Array, Index
+from ...untyped import ScalarMappable
 
 BANDS = 10
 """About as many as are told apart."""
@@ -17,7 +16,7 @@ UNKNOWN = (0.85, 0.85, 0.85, 1.0)
 """Colour of what has no value."""
 
 
-def band_colours(values: Array, top: float | None = None) -> Any:
+def band_colours(values: Array, top: float | None = None) -> ScalarMappable:
     """Colours from 0, or where values are negative from minus the largest, to the largest or a
     given one, in bands."""
     from matplotlib import colormaps

@@ -4,7 +4,6 @@ the parts that may touch."""
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 
@@ -60,7 +59,7 @@ def _draw_plane(figure: Figure, solution: SolutionData) -> None:
     axes.set_title(titled(solution))
     legend_below(axes, 5)
     fit_height(figure, axes, beside=BESIDE, above=1.6)
-    taken = list[Any]()
+    taken = list[object]()
     for part, mesh in sorted(parts, key=lambda each: each[0].kind == "free"):
         _named(axes, mesh, part, taken, 0.5 * THICK * size)
 
@@ -88,7 +87,9 @@ def _edge(axes: Axes, mesh: CurveMesh, part: LabelledPart) -> None:
         axes.plot(*x.T, color=KINDS["contact"], lw=2.4, label=new_label(axes, "contact"))
 
 
-def _named(axes: Axes, mesh: CurveMesh, part: LabelledPart, taken: list[Any], away: float) -> None:
+def _named(
+    axes: Axes, mesh: CurveMesh, part: LabelledPart, taken: list[object], away: float
+) -> None:
     """The name of a part along its longest stretch, and what holds on it: on the inner side, or
     where others stand there on the outer one."""
     middle = _middle(mesh, part.name)

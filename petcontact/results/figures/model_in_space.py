@@ -4,15 +4,15 @@ obstacles as nets."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import wrapped
-from ...untyped import Axes, Figure
+from ...untyped import Axes, Figure, ScalarMappable
 from ..data import SolutionData
+from ..vtu.spread_points import Places
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
 from .surface_figure import (
     Sampled,
@@ -41,7 +41,7 @@ def draw_space(figure: Figure, solution: SolutionData) -> None:
     parts, kinds = parts_of(solution), list(KINDS)
     numbers = {(part.body, part.name): float(kinds.index(part.kind)) for part in parts}
 
-    def sample(name: str, mesh: SurfaceMesh, places: Any) -> Array:
+    def sample(name: str, mesh: SurfaceMesh, places: Places) -> Array:
         each = np.array([numbers[name, part] for part in mesh.part_names])
         return np.asarray(each[mesh.part[places.element]])
 
@@ -62,8 +62,8 @@ def draw_space(figure: Figure, solution: SolutionData) -> None:
 
 
 def _both_sides(
-    figure: Figure, solution: SolutionData, bodies: Mapping[str, Sampled], colours: Any
-) -> list[Any]:
+    figure: Figure, solution: SolutionData, bodies: Mapping[str, Sampled], colours: ScalarMappable
+) -> list[object]:
     """Bodies and loads from opposite sides: what one picture hides the other one shows."""
     up, round_ = best_view(solution)
     views = []
@@ -80,7 +80,7 @@ def _both_sides(
 def _titles(
     figure: Figure,
     solution: SolutionData,
-    views: list[Any],
+    views: list[object],
     bodies: Mapping[str, Sampled],
     parts: list[LabelledPart],
 ) -> None:
@@ -117,7 +117,7 @@ def _names(axes: Axes, places: Mapping[LabelledPart, Array | None]) -> None:
     """The names of parts that are seen, where no other name stands."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
-    figure, taken, view = axes.figure, list[Any](), _view(axes)
+    figure, taken, view = axes.figure, list[object](), _view(axes)
     figure.draw_without_rendering()  # sizes are known only then
     ends = proj_transform(*np.vstack([0.0 * view[1], view[1]]).T, axes.get_proj())[:2]
     unit = np.ptp(axes.transData.transform(np.transpose(ends)), axis=0).max()

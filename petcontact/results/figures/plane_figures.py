@@ -4,7 +4,6 @@ interface (2, 3, 5, 6)."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
@@ -272,7 +271,7 @@ def _panels(
     what: str,
     unit: str,
     names: list[str] | None = None,
-) -> Iterator[tuple[Any, str, Index]]:
+) -> Iterator[tuple[Axes, str, Index]]:
     """Yield axes for each interface, its name, and its nodes in order along it; up are values with
     the problem's unit of length or stress.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -86,7 +85,7 @@ def titled(solution: SolutionData) -> str:
 
 
 def has_room(
-    taken: list[Any], x: Array, text: str, letter: float, angle: float, down: float
+    taken: list[object], x: Array, text: str, letter: float, angle: float, down: float
 ) -> bool:
     """Whether a text has room beside a point; then it is taken. A letter is half as wide as
     high."""

@@ -3,8 +3,6 @@ along its normal."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...arrays import Array, Mask
@@ -140,7 +138,7 @@ def _front(solution: SolutionData, name: str, closed: Mask, chart: Chart) -> Mas
     return np.asarray((np.linalg.norm(mean) < ROUND) | (normal @ mean >= 0.0))
 
 
-def _panels(figure: Figure, solution: SolutionData) -> list[tuple[Any, str, PairResult]]:
+def _panels(figure: Figure, solution: SolutionData) -> list[tuple[object, str, PairResult]]:
     """One panel an interface, and its fields at the end."""
     pairs = solution.pairs
     figure.set_layout_engine("compressed")  # axes of equal scales leave no room beside them

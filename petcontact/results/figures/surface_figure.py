@@ -4,7 +4,6 @@ panels."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...record import record
 from ...runtime.figure_style import label, plain
-from ...untyped import Axes, Figure
+from ...untyped import Axes, Figure, ScalarMappable
 from ..data import SolutionData
 from ..evaluated import NOWHERE
 from ..vtu.inner_fields import filled_bodies
@@ -136,7 +135,7 @@ def shade_each(
 
 
 def shade(
-    every: Sequence[Any],
+    every: Sequence[Axes],
     solution: SolutionData,
     bodies: Mapping[str, Sampled],
     what: str,
@@ -189,7 +188,7 @@ def draw_bodies(
     solution: SolutionData,
     bodies: Mapping[str, Sampled],
     factor: float,
-    colours: Any,
+    colours: ScalarMappable,
     angles: tuple[float, float],
 ) -> Array:
     """Surfaces on axes, seen from elevation and azimuth; their points, displaced."""
@@ -224,7 +223,7 @@ def draw_bodies(
 
 
 def _shaded_bands(
-    body: Sampled, x: Array, seen: Mask, colours: Any, toward: Array
+    body: Sampled, x: Array, seen: Mask, colours: ScalarMappable, toward: Array
 ) -> tuple[list[Array], Array]:
     """Polygons of one colour that cover the triangles with points that are seen, displaced to x;
     and their colours, darker where they turn away from the eye."""
@@ -241,7 +240,7 @@ def _shaded_bands(
 
 def draw_nets(
     axes: Axes, solution: SolutionData, factor: float, body: str | None = None
-) -> list[Any]:
+) -> list[object]:
     """Draw rigid obstacles, all or those of one body, as a net, which hides nothing; the net, or
     nothing.
 

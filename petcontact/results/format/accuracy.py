@@ -30,7 +30,7 @@ def write_findings(group: Group, findings: Sequence[Finding]) -> None:
 
 
 def read_report(
-    group: Group, attributes: Mapping[str, Any], source: str
+    group: Group, attributes: Mapping[str, object], source: str
 ) -> tuple[Accuracy, Provenance, tuple[Finding, ...]]:
     """Return what a file reports of its solve."""
     accuracy, provenance = (

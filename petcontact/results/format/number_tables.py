@@ -31,7 +31,7 @@ def as_json(number: Number) -> str:
     return json.dumps(table | {"bounded": not math.isinf(number.error)})
 
 
-def plain(value: object) -> Any:
+def plain(value: object) -> object:
     """A value as JSON has it: lists, and None for what is not finite."""
     if isinstance(value, np.ndarray):
         return [plain(each) for each in value.tolist()]

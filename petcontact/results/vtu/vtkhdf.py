@@ -18,6 +18,7 @@ import numpy as np
 from ...arrays import Array
 from ...fields.stress_state import Field
 from ...runtime.atomic_write import temporary_name
+from ...untyped import Group
 from ..data import SolutionData
 from ..records import StepResult
 from .boundary import boundary_cells
@@ -116,7 +117,7 @@ def _increment(
     return meshes, {"PointData": points, "CellData": cells}
 
 
-def _write_geometry(root: Any, meshes: list[Any]) -> None:
+def _write_geometry(root: Group, meshes: list[Any]) -> None:
     """Points and cells of all pieces, one after another."""
     first = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
     blocks = [
@@ -140,7 +141,7 @@ def _write_geometry(root: Any, meshes: list[Any]) -> None:
         root[key] = np.array([count], dtype=np.int64)
 
 
-def _write_steps(root: Any, times: list[float], data: dict[str, Fields]) -> None:
+def _write_steps(root: Group, times: list[float], data: dict[str, Fields]) -> None:
     """When the increments are, and where their fields begin; the geometry is that of all."""
     count = len(times)
     steps = root.create_group("Steps")

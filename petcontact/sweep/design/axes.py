@@ -38,7 +38,7 @@ class Axis:
 
 
 def make_axes(
-    file: SweepFile, problems: Sequence[Mapping[str, Any]], source: str
+    file: SweepFile, problems: Sequence[Mapping[str, object]], source: str
 ) -> tuple[list[Axis], dict[str, str]]:
     """Those of `cross`, one a key; of `zip`, `sample` and `points`, one each. And the names of
     their keys.
@@ -68,7 +68,7 @@ def make_axes(
 
 
 def _entries(
-    keys: Sequence[str], names: Mapping[str, str], table: Mapping[str, list[Any]], word: str
+    keys: Sequence[str], names: Mapping[str, str], table: Mapping[str, list[object]], word: str
 ) -> list[str]:
     """What the entries of an axis are called: by their values, or by a word and a number."""
     if word:
@@ -120,7 +120,7 @@ def full_key(key: str, source: str) -> str:
 
 
 def names_of(
-    keys: Sequence[str], problems: Sequence[Mapping[str, Any]], given: Mapping[str, str] = {}
+    keys: Sequence[str], problems: Sequence[Mapping[str, object]], given: Mapping[str, str] = {}
 ) -> dict[str, str]:
     """What keys are called: as is `given`, by their last word where that is unique, else by
     `speaking`.
@@ -162,7 +162,7 @@ def speaking(key: str, data: Any) -> str:
     return ".".join(words)
 
 
-def _words(name: str, values: Sequence[Any]) -> list[str]:
+def _words(name: str, values: Sequence[object]) -> list[str]:
     """A key and its values in ids: `rho1e3`, `poissonratio0.2`; a rule stands for itself."""
     words = list(map(value_word, values))
     different = len(

@@ -85,7 +85,7 @@ class Identity:
 
 
 def identify(
-    sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[str, Any] = {}
+    sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[str, object] = {}
 ) -> Identity:
     """The digests as things are now.
 

@@ -123,7 +123,7 @@ class SweepFile(Model):
 
     @pydantic.field_validator("zip")
     @classmethod
-    def _one_length(cls, lists: Mapping[str, list[Any]]) -> Mapping[str, list[Any]]:
+    def _one_length(cls, lists: Mapping[str, list[object]]) -> Mapping[str, list[object]]:
         lengths = {key: len(values) for key, values in lists.items()}
         if len(set(lengths.values())) > 1:
             raise InputError(f"lists that are walked together need one length, got {lengths}")
@@ -144,7 +144,7 @@ def read_files(path: str | Path) -> tuple[str, Keyed, dict[str, Keyed]]:
     return str(path), data, {name: read_toml(regular_file(name, LARGEST_FILE)) for name in paths}
 
 
-def read_points(path: Path) -> dict[str, list[Any]]:
+def read_points(path: Path) -> dict[str, list[object]]:
     """Columns of a CSV file by the keys in its first line; numbers where they are numbers.
 
     Raises
@@ -170,7 +170,7 @@ def read_points(path: Path) -> dict[str, list[Any]]:
     return {key: [_value(line[k].strip()) for line in lines] for k, key in enumerate(keys)}
 
 
-def _value(word: str) -> Any:
+def _value(word: str) -> object:
     for kind in (int, float):
         try:
             return kind(word)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -86,11 +85,11 @@ def _has_fixed_meshes(case: Problem | None) -> bool:
     )
 
 
-def _codes(sweep: Sweep, needs: Callable[[str, Any], Any]) -> list[Index]:
+def _codes(sweep: Sweep, needs: Callable[[str, object], object]) -> list[Index]:
     """For the bases and each axis: entries that differ in nothing that is needed have the same
     number."""
 
-    def needed(entry: Iterable[tuple[str, Any]]) -> list[tuple[str, Any]]:
+    def needed(entry: Iterable[tuple[str, object]]) -> list[tuple[str, object]]:
         return [(key, what) for key, value in entry if (what := needs(key, value)) is not None]
 
     axes = (

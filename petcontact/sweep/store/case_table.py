@@ -155,7 +155,7 @@ def derived(sweep: Sweep, identity: Identity, logs: Iterable[Path]) -> Columns:
 
 
 def write_table(
-    path: Path, title: str, coordinates: list[str], columns: Columns, facts: Mapping[str, Any]
+    path: Path, title: str, coordinates: list[str], columns: Columns, facts: Mapping[str, object]
 ) -> None:
     """results.h5, whole or not at all: the finished cases, and ranks and seconds of the run that
     wrote it.
@@ -213,7 +213,7 @@ def read_case_table(path: str | Path) -> CaseTable:
     )
 
 
-def load_sweep(path: str | Path) -> Any:
+def load_sweep(path: str | Path) -> object:
     """The table of a sweep, a row a case: coordinates, status and quantities.
 
     Parameters

@@ -26,7 +26,7 @@ def columns_of(rows: Iterable[Mapping[str, Any]]) -> Columns:
     return stacked(blocks)
 
 
-def column(values: Sequence[Any]) -> Column:
+def column(values: Sequence[object]) -> Column:
     """Integers, floats with NaN for None, or else texts with "" for None; lists and tables become
     JSON."""
     kinds = set(map(type, values))
