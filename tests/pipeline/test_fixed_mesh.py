@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 from examples import example
 from scipy.interpolate import CubicSpline
-from shapes import closing, cuboid, drawn, elastic, moved, problem, rectangle
+from shapes import (
+    closing,
+    cuboid,
+    drawn,
+    elastic,
+    moved,
+    problem,
+    rectangle,
+    rollers,
+    solid,
+)
 
 from petcontact import (
     MeshOptions,
@@ -131,3 +141,17 @@ def test_where_nothing_slips_nor_nearly_does_the_error_is_zero():
     sticks, slips = (solve(block(2, 0.5, bound)) for bound in (10.0, 0.02))
     assert np.abs(sticks.contact.u_t).max() < 1e-12
     assert sticks.accuracy.error == 0.0 < slips.accuracy.error
+
+
+def test_the_only_element_of_a_side_is_another_one_on_the_mesh_before():
+    """What two meshes share shows no error: a notch with one element a side."""
+    corners = [[0, 0], [2, 0], [2, 1], [1.1, 1], [1.0, 0.5], [0.9, 1], [0, 1]]
+    parts = ["bottom", "right", "top", "notch 1", "notch 2", "top", "left"]
+    shape = {"shape": "polygon", "vertices": corners, "parts": parts}
+    ends = drawn("left", [-1.0, 0.0]), drawn("right", [1.0, 0.0])
+    mesh = {"element_size": 0.5, "order": 2}
+    solution = solve(problem(body=[solid("bar", shape, *ends, *rollers("bottom"), mesh=mesh)]))
+    now, before = (each.meshes["bar"] for each in (solution, solution.coarser))
+    for part in ("notch 1", "notch 2"):
+        orders = [mesh.order[mesh.elements_of(part)].tolist() for mesh in (now, before)]
+        assert orders == [[2], [1]]

@@ -243,8 +243,8 @@ def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
     """Return the mesh with pairs of neighbouring elements joined on each side.
 
     In the middle of a side one element stays single, or three are joined. Elements at both ends,
-    where errors are largest, are always joined. The result does not depend on the direction of the
-    side.
+    where errors are largest, are always joined. The only element of a side has the order below:
+    what two meshes share shows no error. The result does not depend on the direction of the side.
     """
     ends = np.cumsum([side.length for side in outline.sides])
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
@@ -256,5 +256,5 @@ def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
         half = len(elements) // 4 * 2 + 1  # the end of the first half, in pairs
         chosen = np.unique([*range(0, half, 2), *range(len(elements), len(elements) - half, -2)])
         breaks.append(fractions[chosen])
-        orders.append(mesh.order[elements[chosen[:-1]]])
+        orders.append(np.maximum(mesh.order[elements[chosen[:-1]]] - (len(elements) == 1), 0))
     return build_mesh(outline, breaks, orders)
