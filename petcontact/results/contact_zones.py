@@ -210,11 +210,12 @@ def _at_end(mesh: CurveMesh, contact: _Contact, share: Array) -> Mask:
     """Which elements end at an edge that is known to a node only.
 
     An edge in an element of one state follows from its tractions, as well as these are known, but
-    where they have no bound."""
-    every = np.zeros(mesh.n_elements)
-    every[contact.numbers] = share - 1.0
-    beside = np.minimum(*(every[each[contact.numbers]] for each in mesh.neighbours()))
-    return np.asarray(contact.endless & (share == 1.0) & (beside == -1.0))
+    where they have no bound, there or in the element beyond the edge."""
+    every, endless = np.zeros(mesh.n_elements), np.zeros(mesh.n_elements, dtype=bool)
+    every[contact.numbers], endless[contact.numbers] = share - 1.0, contact.endless
+    near = [each[contact.numbers] for each in mesh.neighbours()]
+    beside = [(every[each] == -1.0) & (contact.endless | endless[each]) for each in near]
+    return np.asarray((share == 1.0) & np.any(beside, axis=0))
 
 
 @_shares.register

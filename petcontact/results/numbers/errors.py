@@ -21,6 +21,7 @@ from ...fields.boundary.places import located, sizes
 from ...linalg.nearest import within
 from ...refinement.levels import LEAST_GAIN, MOST_GAIN
 from ...round_off import CHAINED, EPS
+from ..contact_zones import between_nodes
 from ..evaluated import Evaluated, displacement_scale
 from ..records import PairResult
 from ..strength.singular_places import singular_places
@@ -42,6 +43,8 @@ STATES: dict[str, Callable[[PairResult], Array]] = {
     "slipping": lambda pair: pair.state == SLIP,
 }
 """Of a pair, at its nodes: whether they are in the area of that name."""
+ENDS = np.array([0.0, 1.0])
+"""Places along each direction of an element at which it is looked whether p vanishes there."""
 
 
 def with_errors(solution: Evaluated) -> list[Number]:
@@ -278,7 +281,31 @@ def _change(
     apart = float(np.abs(number.value - before.value).max())
     if number.name == DISPLACEMENT:
         return max(apart, _displacement_change(solution, coarser, number))
+    if number.name in STATES:
+        return max(apart, _in_doubt(solution, coarser, number))
     return max(apart, number.name in FUNCTIONS and _function_change(solution, coarser, number))
+
+
+def _in_doubt(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
+    """Return the area that may be open, though all nodes there are closed: p is less somewhere in
+    their elements than its change. As in `areas`, each element holds it between two nodes."""
+    if not any(
+        side.name == number.of and side.law.normal == "unilateral"
+        for side in solution.posed.interfaces
+    ):
+        return 0.0
+    pair, before = (end_of(each, number).pairs[number.of] for each in (solution, coarser))
+    mesh, nodes = solution.meshes[solution.sides[number.of][0]], solution.nodes[number.of]
+    p, row = np.zeros(mesh.n_nodes), np.unique(mesh.element[nodes], return_inverse=True)[1]
+    p[nodes] = pair.pressure
+    change = np.abs(_carried(coarser, number.of, before.pressure, mesh.x[nodes]) - pair.pressure)
+    element = np.unique(mesh.element[nodes])
+    values = between_nodes(mesh, element, ENDS, p)[2].reshape(len(element), -1)
+    off, shut = np.zeros(len(element)), np.ones(len(element), dtype=bool)
+    np.maximum.at(off, row, np.nan_to_num(change))
+    np.logical_and.at(shut, row, STATES[number.name](pair))
+    doubted = shut & (values.min(axis=1) < off)
+    return float((np.bincount(row, pair.weight) / np.bincount(row))[doubted].sum())
 
 
 def _displacement_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
