@@ -89,6 +89,12 @@ class Expansion:
         return min((each.real for each in every if each.real < 1.0 - NEAR), default=1.0)
 
     @property
+    def slowest(self) -> float:
+        """The least exponent but 1 of a corner without modes, where stress changes with r^(λ-1)."""
+        others = (each.real for each in self.regular if abs(each - 1.0) > NEAR)
+        return min(others, default=math.inf)
+
+    @property
     def components(self) -> int:
         """Number of components of the displacement: 2 in the plane, 1 across it."""
         return 1 if math.isnan(self.kappa) else 2

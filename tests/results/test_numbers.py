@@ -144,6 +144,8 @@ def test_an_energy_is_off_by_the_worst_slip_that_the_error_allows():
         ([10.0, 9.9], [9.9, 9.5], False, 0.4),
         # a rival of 9 that is known to 3 may be 12; 5 known to 4 is smaller than 10
         ([10.0, 9.9, 9.0, 5.0], [9.9, 9.9, 6.0, 1.0], False, 2.0),
+        # 9 lies beside 20, which changes less, and is no top
+        ([10.0, 9.9, 9.0, 20.0], [9.9, 9.9, 6.0, 20.0], False, 10.0),
         # at a corner stress may go on as it changes in the last element
         ([10.0, 7.0], [10.0, 7.0], True, 3.0),
         ([10.0, 7.0], [10.0, 7.0], False, 0.0),
@@ -160,13 +162,15 @@ def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
     monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: (np.array(before), None))
     monkeypatch.setattr(stress_errors, "_gains_nothing", lambda *_: np.full(len(now), spread > 0.0))
     part = "side" if spread else ""
+    own, nothing = np.arange(len(now)) < 2, np.zeros(len(now))
     around = (
-        np.zeros((len(now), 2)),
+        np.column_stack([np.arange(len(now)), nothing]),
         part,
         np.array(now),
-        np.where(np.arange(len(now)) < 2, spread, 0.0),
+        np.where(own, spread, 0.0),
     )
-    near = stress_errors.NearStress(*around, None, 2, at_corner)
+    tops = np.where(own, 0.0, 0.5), nothing, nothing
+    near = stress_errors.NearStress(*around, None, 2, at_corner, *tops)
     number = Number("von Mises stress", "body", 1, 0, np.array([10.0]), "stress", part=part)
     solution = SimpleNamespace(accuracy=SimpleNamespace(error=0.05, resultants=0.1))
     found = stress_errors.stress_change(solution, None, number, near)

@@ -153,8 +153,8 @@ class _OfStep:
         kept = values if near.endless is not None else np.where(near.hidden, 0.0, values)
         top, place, _ = maximum(mesh, nodes, kept, bound)
         if near.endless is None or not top > 0.0:
-            at = self._solution.sides[of][0], place
-            alone = max(alone, top * growth(self._solution, self._step, *at))
+            at = self._solution.sides[of][0], place[None]
+            alone = max(alone, top * float(growth(self._solution, self._step, *at)[0, 0]))
             return self._number(word, of, top, "stress", place=place, alone=alone)
         return self._number(word, of, top, "stress", place=near.endless, error=np.inf, alone=alone)
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from ...arrays import Array, Index, Mask
 from ...fields.boundary.places import located, sizes
@@ -18,7 +19,8 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
 from ..evaluated import Evaluated
 from ..strength.corners import corners_of
-from ..strength.singular_places import singular_places
+from ..strength.singular_places import growth, singular_places
+from ..strength.strengths import AROUND, RING, TOP
 from .number import Key, Number
 from .peaks import stress_name
 from .printed import end_of
@@ -36,8 +38,8 @@ class NearStress:
     Attributes
     ----------
     x, parts : (q, d), (q,) arrays
-        The place, places beside it, and those of the surface at which the stress is more than half
-        as large and has a bound; and their parts, empty inside the body.
+        The place, places beside it, and samples of the surface; and their parts, empty inside the
+        body.
     values, spread : (q,) arrays
         The stress there, and how much it varies in the element of the surface there [stress].
     element : (q,) array
@@ -46,6 +48,10 @@ class NearStress:
         How many are the place and those beside it.
     at_corner : bool
         Whether the place is a corner.
+    reach, grown, halvings : (q,) arrays
+        Distance within which no stress is larger than a top there, 0 where none is looked for
+        [length]; what more it may be at a place where it grows slowly [stress]; and what the stress
+        there changes by smaller elements over its last change, see `Place.halvings`.
     """
 
     x: Array
@@ -55,13 +61,16 @@ class NearStress:
     element: Index
     count: int
     at_corner: bool
+    reach: Array
+    grown: Array
+    halvings: Array
 
 
 def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, NearStress]:
     """Return the stress around each largest stress that has a place."""
     stresses = dict[Key, NearStress]()
     for number in numbers:
-        place = number.place if stress_name(number) and number.size != 0.0 else None
+        place = number.place if stress_name(number) else None
         if place is None or np.isinf(number.error):
             continue
         end, near = end_of(solution, number), functools.partial(_near, solution, number, place)
@@ -71,13 +80,16 @@ def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, N
 
 def _near(solution: Evaluated, number: Number, place: Array) -> NearStress:
     """The stress around the place of a number."""
-    x, parts, spread, count = _places(solution, number, place)
+    x, parts, spread, count, reach = _places(solution, number, place)
     mesh = solution.meshes[number.of]
     corners = corners_of(mesh)
     away = np.linalg.norm(corners.x - place, axis=1)
     at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
     values, element = _stress_at(solution, number, x, parts)
-    return NearStress(x, parts, values, spread, element, count, bool(number.part and at_corner))
+    corner = bool(number.part and at_corner)
+    share, halvings = growth(solution, end_of(solution, number), number.of, x)
+    grown = values * share * (reach > 0.0)
+    return NearStress(x, parts, values, spread, element, count, corner, reach, grown, halvings)
 
 
 def stress_change(
@@ -100,10 +112,24 @@ def stress_change(
         cut = not np.isnan(accuracy.resultants)  # panels that were not cut gain nothing
         least = near.spread if cut else accuracy.error * number.size * own
         same = _gains_nothing((solution, coarser), number.of, np.array([near.element, element]))
-        change = np.where(same, np.fmax(change, least), change)
-    rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]
-    off = max(np.nanmax(change[:count]), rivals.max(initial=-np.inf) - float(number.value[0]))
+        change = np.where(same, np.fmax(change, least), change) * np.fmax(near.halvings, 1.0)
+    off = max(np.nanmax(change[:count]), _rival(near, change) - float(number.value[0]))
     return float(max(off, np.ptp(now[:count])) if near.at_corner else off)
+
+
+def _rival(near: NearStress, change: Array) -> float:
+    """The largest that a stress may be that has changes (q,) where it may have a top: one is no
+    smaller than what is around it, as far as the changes tell."""
+    change = np.nan_to_num(change) + near.grown
+    most, least = near.values + change, near.values - change
+    rows = np.flatnonzero(near.reach > 0.0)
+    tree = scipy.spatial.cKDTree(near.x[near.count :])
+    for k in rows[np.argsort(-most[rows], kind="stable")].tolist():
+        around = tree.query(near.x[k], min(AROUND, tree.n))[1]
+        around = np.append(tree.query_ball_point(near.x[k], near.reach[k]), around) + near.count
+        if least[around.astype(np.int64)].max() <= most[k]:
+            return float(most[k])
+    return -np.inf
 
 
 def _gains_nothing(solutions: Sequence[Evaluated], body: str, elements: Index) -> Mask:
@@ -120,29 +146,31 @@ def _gains_nothing(solutions: Sequence[Evaluated], body: str, elements: Index) -
     return np.asarray(refined & same)
 
 
-def _places(solution: Evaluated, number: Number, place: Array) -> tuple[Array, Any, Array, int]:
-    """The places of `NearStress`, their parts, the spread, and how many are the place and those
-    beside it."""
+def _places(
+    solution: Evaluated, number: Number, place: Array
+) -> tuple[Array, Any, Array, int, Array]:
+    """The places of `NearStress`, their parts, the spread, how many are the place and those beside
+    it, and the reach."""
     mesh = solution.meshes[number.of]
     if not number.part:
-        reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
+        apart = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
         ways = np.eye(mesh.dim)
-        x = np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
-        return x, np.full(len(x), ""), np.zeros(len(x)), len(x)
+        x = np.asarray(place + apart * np.vstack([0.0 * ways[:1], ways, -ways]))
+        return x, np.full(len(x), ""), np.zeros(len(x)), len(x), np.zeros(len(x))
     end = end_of(solution, number)
     element, state = solution.boundary_state(number.of, end)
     parts = np.array(mesh.part_names)[mesh.part[element]]
     away, stress = np.linalg.norm(state.x - place, axis=1), getattr(state, stress_name(number))
-    # what is larger is no top
-    rival = (2.0 * stress > number.value[0]) & (stress <= number.value[0])
-    rival &= number.beside is None
+    reach = np.full(len(stress), np.ptp(mesh.x, axis=0).max() * (number.beside is None))
     for each in singular_places(solution, end)[number.of]:
-        rival &= ~each.leaves_out(state.x)
-        rival &= ~np.isin(element, each.elements)
+        r = each.away(state.x)
+        reach = np.minimum(reach, np.where(r < RING * each.distance, 0.0, TOP * r))
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
-    rows = np.append(beside, np.flatnonzero(rival))
+    rows = np.append(beside, np.arange(len(stress)))
     x, spread = np.vstack([place, state.x[rows]]), _spread(element, stress)[rows]
-    return x, np.append(number.part, parts[rows]), np.append(spread[0], spread), 1 + len(beside)
+    parts, spread = np.append(number.part, parts[rows]), np.append(spread[0], spread)
+    own = 1 + len(beside)
+    return x, parts, spread, own, np.append(np.zeros(own), reach)
 
 
 def _spread(element: Index, values: Array) -> Array:

@@ -223,7 +223,7 @@ class Samples:
         if reached is None or reached[0] <= above:
             return None
         best, x = reached
-        grown = best * growth(self._solution, self._step, self.body, x)
+        grown = best * float(growth(self._solution, self._step, self.body, x[None])[0, 0])
         alone = max(self._apart(key, x, peak.part), grown)
         return replace(peak, value=np.array([best]), place=x, alone=alone)
 

@@ -50,6 +50,8 @@ class Place:
         Whether the side θ = 0 is in contact that may part or slide: K is that of the pressure.
     core : float
         Distance within which contact does something else than what the modes are of [length].
+    logarithmic : bool
+        Whether stress grows like a logarithm of the distance, by what is known on its sides.
     """
 
     body: str
@@ -63,6 +65,7 @@ class Place:
     expansions: tuple[Expansion, ...] = ()
     pressed: bool = False
     core: float = 0.0
+    logarithmic: bool = False
 
     @property
     def weak(self) -> bool:
@@ -73,6 +76,13 @@ class Place:
         """How much stress changes from elements at the place to where it is told as a value [-]."""
         known = self.end_size(mesh) / (TOLD * self.size)
         return float(abs(known ** (1.0 - min(each.least for each in self.expansions)) - 1.0))
+
+    def halvings(self, mesh: BoundaryMesh) -> float:
+        """The change of stress there by all halvings of the elements at the place down to where it
+        is told as a value, over that by the last one: each changes it 2^(1-λ) times as much."""
+        count = math.ceil(math.log2(max(self.end_size(mesh) / (TOLD * self.size), 1.0)))
+        slowest = 1.0 if self.logarithmic else min(each.slowest for each in self.expansions)
+        return float(np.sum(2.0 ** ((1.0 - slowest) * np.arange(1, count + 1))))
 
     def end_size(self, mesh: BoundaryMesh) -> float:
         """The size of the largest element that ends at it [length]."""

@@ -38,6 +38,7 @@ from ..records import StepResult
 from .corners import Corners, corners_of
 from .place import SHARE, Place
 from .touching import (
+    MISMATCH,
     MOST,
     Does,
     Partner,
@@ -46,10 +47,10 @@ from .touching import (
     facing_nodes,
     firmness,
     kind_of,
+    mismatch,
     nodes_beside,
     partner_of,
     pressed_at,
-    shears_differ,
     touched,
 )
 
@@ -59,11 +60,14 @@ def singular_places(solution: Evaluated, step: StepResult) -> dict[str, list[Pla
     return _found(solution, step)[0]
 
 
-def growth(solution: Evaluated, step: StepResult, body: str, x: Array) -> float:
-    """Return how much more a stress at a point (d,) may be at a place whose exponent is nearly 1:
-    what there is at `TOLD` of the feature counts, over what elements at the place know [-]."""
-    near = (each for each in _found(solution, step)[1][body] if each.leaves_out(x[None])[0])
-    return max((each.growth(solution.meshes[body]) for each in near), default=0.0)
+def growth(solution: Evaluated, step: StepResult, body: str, x: Array) -> Array:
+    """Return how much more stresses at points (n, d) may be at places where stress grows so slowly
+    that it is told as a value, and over the change by the last elements there, (2, n) [-]."""
+    more, mesh = np.zeros((2, len(x))), solution.meshes[body]
+    for each in _found(solution, step)[1][body]:
+        near = each.leaves_out(x)
+        more = np.maximum(more, np.outer([each.growth(mesh), each.halvings(mesh)], near))
+    return more
 
 
 def _found(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place]], ...]:
@@ -115,6 +119,12 @@ class _Body:
             stiffer = moduli[partner] / moduli[name] if partner in moduli else math.inf
             body = partner if partner in moduli else ""
             self._partners.append(partner_of(posed.law, pair, body, faced, stiffer))
+
+    @functools.cached_property
+    def _data(self) -> tuple[Array, Array]:
+        """2µ times the displacement, and the traction (n, c) [stress]."""
+        found = self._step.bodies[self._name]
+        return 2.0 * self._body.material.shear_modulus * found.u, found.traction
 
     @functools.cached_property
     def _edges(self) -> list[tuple[Array, str]]:
@@ -220,10 +230,16 @@ class _Body:
             sides = corners.element[number]
             found = [own, *self._across(number, angle, first, does)]
             expansions = tuple(each for each in found if each.modes)
-            expansions = expansions or tuple(each for each in found if each.least < 1.0)
-            if expansions or shears_differ(
-                mesh, self._step.bodies[self._name].traction, corners, number, does
-            ):
+            differ = 0.0
+            if not expansions and min(each.least for each in found) == 1.0:
+                differ = mismatch(
+                    mesh, self._data, corners, number, (first, 1 - first), does, self.kappa
+                )
+            if not expansions and differ <= MISMATCH:
+                # from λ = 2 on stress changes no more by all halvings to come than by the last one
+                slow = min(each.slowest for each in found) < 2.0
+                expansions = tuple(found) * (slow or differ > SINGLE)
+            if expansions or differ > MISMATCH:
                 yield Place(
                     self._name,
                     corners.ends[number],
@@ -236,6 +252,7 @@ class _Body:
                     expansions,
                     isinstance(does[0], Touching) and not does[0].partner.bonded,
                     core_of(x, does),
+                    differ > SINGLE,
                 )
             if under is not None and own.least < 1.0:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on

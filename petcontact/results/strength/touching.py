@@ -15,8 +15,7 @@ from ...geometry.rotation import lifted
 from ...given.interface_data import Law
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
-from ...refinement.corner_exponents import CLAMPED, FREE, SLIDING, SideKind, Slip
-from ...refinement.panels.edges import SMOOTH
+from ...refinement.corner_exponents import CLAMPED, FREE, NEAR, SLIDING, SideKind, Slip
 from ...round_off import SINGLE
 from ..records import PairResult
 from .corners import Corners
@@ -25,6 +24,10 @@ LINE = 3
 """Points of an edge that say which way it runs: the nearest one, and one on either side."""
 MOST = 0.5
 """Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
+UNIFORM = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]])
+UNIFORM, TURN = np.concatenate([UNIFORM, np.zeros((1, 2, 2))]), np.zeros((4, 2, 2))
+TURN[3] = [[0.0, -1.0], [1.0, 0.0]]
+"""Stresses in the plane, and 2µ times a rotation, without any."""
 MISMATCH = 0.23
 """Difference of two known shears at a right angle, over the mean of the body's tractions, from
 which on stress has no bound there. It adds as much as that traction at a thousandth of the size:
@@ -203,24 +206,91 @@ def _piece(foot: Array, radius: Array, number: int, way: Array) -> tuple[Array, 
     return own[:2], own[2:]
 
 
-def shears_differ(
-    mesh: BoundaryMesh, traction: Array, corners: Corners, number: int, does: tuple[Does, Does]
-) -> bool:
-    """Whether the two sides of a right angle have known shears that differ, by tractions (n, d).
+def mismatch(
+    mesh: BoundaryMesh,
+    data: tuple[Array, Array],
+    corners: Corners,
+    number: int,
+    sides: tuple[int, int],
+    does: tuple[Does, Does],
+    kappa: float,
+) -> float:
+    """How far what is known on the two sides of a corner is from that of any uniform stress, where
+    stress grows like a logarithm for it, over the mean traction [-].
 
-    No stress is uniform there: it grows like (2/π) m log(1/r) with the difference m.
+    Two components are known on each side. Those of uniform stress and a rotation may be others
+    where the four equations for these depend on each other: λ = 1 is an exponent of the corner. Of
+    two free sides one of them is no equation, since a stress that depends on the angle balances any
+    tractions, but on a straight side (Timoshenko and Goodier, Theory of Elasticity, § 45). There,
+    and where a side slides at a right angle to the other one, stress grows like (2/π) m log(1/r)
+    with the difference m of two shears.
+
+    Parameters
+    ----------
+    mesh : BoundaryMesh
+    data : (2,) arrays (n, c)
+        2µ times the displacement, and the traction [stress].
+    corners, number
+        Those of the body, and which of them.
+    sides, does
+        The sides, that at θ = 0 first, and what they do.
+    kappa : float
+        As of `wedge`.
     """
-    known, right = {FREE, SLIDING, Slip(0.0)}, abs(corners.angle[number] - 0.5 * math.pi) < SMOOTH
-    if not (right and known.issuperset(map(kind_of, does))):
-        return False
-    shears = list[float]()
-    for element, along in zip(corners.element[number], corners.along[number], strict=True):
-        nodes = np.arange(mesh.first_node[element], mesh.first_node[element + 1])
-        away = np.linalg.norm(mesh.x[nodes] - corners.x[number], axis=1)
-        nearest = nodes[away.argmin()]
-        # of a curved side the normal there: pressure is no shear
-        normal = lifted(mesh.normal[nearest], mesh.components)
-        pull = traction[nearest] - (traction[nearest] @ normal) * normal
-        shears.append(float(pull @ lifted(along, mesh.components)))
-    mean = float(mesh.weight @ lengths(traction) / mesh.weight.sum())
-    return bool(abs(shears[0] - shears[1]) > MISMATCH * mean)
+    kinds = [kind_of(each) for each in does]
+    rubs = any(isinstance(each, Slip) and each.friction != 0.0 for each in kinds)
+    free = kinds == [FREE, FREE]
+    if rubs or any(kind_of(each) == CLAMPED and _on_body(each) for each in does):
+        return 0.0
+    if free and abs(corners.angle[number] - math.pi) > NEAR:
+        return 0.0
+    rows, shears = list[Array](), list[float]()
+    for side, kind, sign in zip(sides, kinds, (1.0, -1.0), strict=True):
+        axes = np.stack([corners.along[number, side], corners.inward[number, side]])
+        element = corners.element[number, side]
+        known = _beside_corner(mesh, data, corners.x[number], element, axes)
+        turn = float(corners.angle[number]) * (sign < 0.0)
+        own = np.array([[math.cos(turn), math.sin(turn)], [0.0, 0.0]])
+        own[1] = sign * np.array([-own[0, 1], own[0, 0]])
+        shears.append(known[1][0])
+        spherical = (3.0 - kappa) / 4.0 * np.trace(UNIFORM, axis1=1, axis2=2)
+        strain = UNIFORM + TURN - np.multiply.outer(spherical, np.eye(2))
+        given = strain @ own[0], UNIFORM @ -own[1]
+        angle = kind if isinstance(kind, float) else SLIDING * isinstance(kind, Slip)
+        way = np.array([math.cos(angle), sign * math.sin(angle)])
+        across = np.array([-math.sin(angle), sign * math.cos(angle)])
+        for each, k in ((way, int(kind == FREE)), (across, int(kind != CLAMPED))):
+            rows.append(np.append(given[k] @ (each @ own), each @ known[k]))
+    equations = np.array(rows)
+    left, size, _ = np.linalg.svd(equations[:, :4])
+    left, untold = left[:, size < NEAR], np.isnan(equations[:, 4])
+    if np.abs(left[untold]).max(initial=0.0) > NEAR:
+        return 0.0
+    apart = float(np.linalg.norm(equations[~untold, 4] @ left[~untold])) * math.sqrt(2.0)
+    mean = float(mesh.weight @ lengths(data[1]) / mesh.weight.sum())
+    return (abs(shears[0] + shears[1]) if free else apart) / (mean or 1.0)
+
+
+def _on_body(does: Does) -> bool:
+    """Whether a side touches another body."""
+    return isinstance(does, Touching) and bool(does.partner.body)
+
+
+def _beside_corner(
+    mesh: BoundaryMesh, data: tuple[Array, Array], x: Array, element: int, axes: Array
+) -> tuple[Array, Array]:
+    """The slope of 2µ u along an element beside a corner (d,), NaN unless u is linear, and the
+    traction next to it, along two axes, (2,) each [stress]."""
+    nodes = np.arange(mesh.first_node[element], mesh.first_node[element + 1])
+    nearest = nodes[np.linalg.norm(mesh.x[nodes] - x, axis=1).argmin()]
+    (u, traction), away = data, mesh.x[nodes] - mesh.x[nodes].mean(axis=0)
+    lift = lifted(axes, mesh.components)
+    moved = (u[nodes] - u[nodes].mean(axis=0)) @ lift.T
+    slopes = np.linalg.pinv(away) @ moved
+    bent = np.abs(moved - away @ slopes).max() > SINGLE * np.abs(u).max(initial=0.0)
+    slope = np.full(2, np.nan) if bent else axes[0] @ slopes
+    # of a curved side the normal there: pressure is no shear
+    normal = lifted(mesh.normal[nearest], mesh.components)
+    pressure = float(traction[nearest] @ normal)
+    shear = float((traction[nearest] - pressure * normal) @ lift[0])
+    return slope, np.array([shear, -pressure])
