@@ -5,7 +5,7 @@ They are moved onto that side, since there would be slits between the two curves
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,12 +20,17 @@ from ...round_off import WRITTEN
 CLOSE = 0.1
 """Distance of a corner from a quarter of a side over half the side, up to which it hangs there
 [-]."""
-Place = Callable[[int, Array, Array, Array], Array]
-"""Function that returns the position of a hanging point.
+Place = Callable[[Index, Array, Array, Array], Array]
+"""Function that returns the positions of hanging points (n, 3).
 
-Its arguments are the panel on which the point hangs, the ends of that panel's side, and the point's
-position on the quadratic side.
+Its arguments are the panels on which the points hang, the ends of these panels' sides, and the
+positions on the quadratic sides.
 """
+
+
+_Hanging = tuple[int, int, int, int, int]
+"""A panel, an end, the middle and the other end of its side, and the point that hangs half-way
+between the first two."""
 
 
 def closed(mesh: SurfaceMesh) -> SurfaceMesh:
@@ -47,13 +52,19 @@ def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
     length. A side through equidistant points leaves it by the fourth power.
     """
 
-    def half_way(panel: int, first: Array, last: Array, middle: Array) -> Array:
-        # the panel's sides come along, since its width tells which points are at a rim
-        count = np.count_nonzero(~np.isnan(mesh.corners[panel, :, 0]))
-        corners, middles = mesh.corners[panel, :count], mesh.middles[panel, :count]
-        own = corners, np.roll(corners, -1, axis=0), middles
-        sides = [np.vstack(side)[None] for side in zip((first, last, middle), own, strict=True)]
-        return np.asarray(centred(surface, mesh.part[panel : panel + 1], *sides)[0, 0])
+    def half_way(panels: Index, first: Array, last: Array, middle: Array) -> Array:
+        # the panels' sides come along, since their widths tell which points are at a rim
+        result, triangle = np.empty_like(middle), np.isnan(mesh.corners[panels, 3, 0])
+        for corners in (3, 4):
+            some = triangle == (corners == 3)
+            start, middles = (x[panels[some], :corners] for x in (mesh.corners, mesh.middles))
+            own = start, np.roll(start, -1, axis=1), middles
+            sides = [
+                np.concatenate([one[some, None], side], axis=1)
+                for one, side in zip((first, last, middle), own, strict=True)
+            ]
+            result[some] = centred(surface, mesh.part[panels[some]], *sides)[:, 0]
+        return result
 
     return with_half_way_middles(_moved(mesh, half_way), surface)
 
@@ -180,33 +191,55 @@ class _Sides:
     def __init__(
         self, start: Array, stop: Array, middle: Array, panel: Index, moved_to: Place
     ) -> None:
-        self._place = moved_to
         points = np.concatenate([start, stop, middle])
         numbers = numbered(points)
         self.numbers = numbers.reshape(3, -1)
         self.position = np.empty((1 + numbers.max(), 3))
         self.position[numbers] = points
-        self._tree = scipy.spatial.cKDTree(self.position.copy())
+        self._tree = scipy.spatial.cKDTree(self.position)
         self._middle = {frozenset((a, b)): m for a, b, m in self.numbers.T.tolist()}
         self._ends = set(self.numbers[:2].ravel().tolist())
-        for k in np.argsort(-np.linalg.norm(stop - start, axis=1)).tolist():
-            a, b, m = self.numbers[:, k].tolist()
-            self._halve(a, b, m, int(panel[k]))
+        hanging = [
+            each
+            for k in np.argsort(-np.linalg.norm(stop - start, axis=1)).tolist()
+            for each in self._on(int(panel[k]), *self.numbers[:, k].tolist())
+        ]
+        for together in _at_once(hanging):
+            self._move(np.array(together), moved_to)
 
-    def _halve(self, a: int, b: int, m: int, panel: int) -> None:
-        """Move what hangs on both halves of a side, or of a piece of a side, onto it."""
+    def _move(self, hanging: Index, moved_to: Place) -> None:
+        """Move points that hang, rows of `_Hanging`."""
+        panels, first, m, second, number = hanging.T
+        start, middle, stop = (self.position[point] for point in (first, m, second))
+        self.position[number] = moved_to(panels, start, middle, on_side(start, middle, stop, 0.25))
+
+    def _on(self, panel: int, a: int, b: int, m: int) -> Iterator[_Hanging]:
+        """Yield what hangs on both halves of a side, or of a piece of a side, of a panel."""
         if m not in self._ends:
             return
         for first, second in ((a, b), (b, a)):
             start, middle, stop = self.position[[first, m, second]]
-            point = on_side(start, middle, stop, 0.25)
             hanging = self._middle.get(frozenset((first, m)))
             if hanging is None:  # several shorter sides may hang there
-                apart, near = self._tree.query(point)
-                half = np.linalg.norm(self.position[m] - self.position[first])
+                apart, near = self._tree.query(on_side(start, middle, stop, 0.25))
+                half = np.linalg.norm(middle - start)
                 hanging = int(near) if apart < CLOSE * half and int(near) in self._ends else None
             if hanging is not None:
-                self.position[hanging] = self._place(
-                    panel, self.position[first], self.position[m], point
-                )
-                self._halve(first, m, hanging, panel)
+                yield panel, first, m, second, hanging
+                yield from self._on(panel, first, m, hanging)
+
+
+def _at_once(hanging: Sequence[_Hanging]) -> list[list[_Hanging]]:
+    """Return the same moves in few lists: those of one list do not depend on one another."""
+    result, moved, used = list[list[_Hanging]](), dict[int, int](), dict[int, int]()
+    for each in hanging:
+        number, from_points = each[4], each[1:4]
+        level = max(
+            *(moved.get(point, 0) for point in (*from_points, number)), used.get(number, 0) - 1
+        )
+        moved[number] = level + 1
+        used |= {point: max(used.get(point, 0), level + 1) for point in from_points}
+        if level == len(result):
+            result.append([])
+        result[level].append(each)
+    return result
