@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from contextlib import nullcontext
 
 import numpy as np
@@ -181,3 +183,13 @@ def test_a_build_that_is_broken_off_ends_soon(monkeypatch):
         )
     # each of the 16 pieces would make one before it finds out; those that wait make none
     assert len(made) <= 16 < len(block_tree(tree).row)
+
+
+def test_threads_keep_what_their_addresses_point_to():
+    """They may outlive whoever made the entries: a second signal ends the wait for them."""
+    kernel, _ = prepared("block")
+    kernel.compiled, owner = (0, 0), weakref.ref(kernel)
+    work = construction._Builder(kernel, 1e-3, construction.Layout(np.float32))
+    del kernel
+    gc.collect()
+    assert owner() is not None and work.addresses == owner().compiled

@@ -163,6 +163,7 @@ class _Builder:
             self.callback = Callback(entries)
             addresses = self.callback.addresses
         self.addresses: tuple[int, int] = addresses
+        self._owner = entries  # threads may outlive the caller, whom a second signal ends
         self.beside = native.contiguous(entries.beside, np.int64)
         self.nodes = np.arange(len(self.beside), dtype=np.int64)
         self.wide = int(np.diff(self.beside).max(initial=0))
