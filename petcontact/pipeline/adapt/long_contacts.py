@@ -109,8 +109,7 @@ class LaidBands:
 def followed(long: Long, solution: Solution) -> ContactBand:
     """Return a band with the widths, the length and the place along the ridge that a solution has.
 
-    Hertz' slices have ∫ p x²/∫ p = a²/4, and along an ellipse a² is a parabola. Ends that are sharp
-    stay.
+    Ends that are sharp stay.
     """
     pair = max(
         (step.pairs[long.side.name] for step in step_ends(solution.steps or solution.tried)),
@@ -121,16 +120,36 @@ def followed(long: Long, solution: Solution) -> ContactBand:
     force = pair.weight * pair.pressure * long.is_inside(along)
     if not force.any():
         return band
-    square = np.polynomial.Polynomial.fit(along, 4.0 * across**2, 2, w=np.sqrt(force))
+    half = _half_widths(long, along, across, force)
     if any(band.sharp):
-        return replace(band, half=WIDER * np.sqrt(np.maximum(square(band.s), 0.0)))
+        return replace(band, half=half(band.s))
     usual = band.load * np.gradient(band.s)
     both = _spread(band.s, usual), _spread(along, force)
     s, ends = (_moved(places, *both) for places in (band.s, np.array(band.ends)))
-    half = WIDER * np.sqrt(np.maximum(square(s), 0.0))
     return ContactBand(
-        *long.ridge.at(s), s, half, band.load, (float(ends[0]), float(ends[1])), band.sharp
+        *long.ridge.at(s), s, half(s), band.load, (float(ends[0]), float(ends[1])), band.sharp
     )
+
+
+def _half_widths(long: Long, along: Array, across: Array, force: Array) -> Callable[[Array], Array]:
+    """Return the half-width along a ridge, slightly wider than that of forces (n,) at places.
+
+    Hertz' slices have ∫ p x²/∫ p = a²/4, and along an ellipse a² is a parabola. Around a closed
+    ridge it is a constant and a wave.
+    """
+    (low, high), root = long.band.ends, np.sqrt(force)
+
+    def basis(s: Array) -> Array:
+        share = (s - low) / (high - low)
+        if not long.ridge.closed:
+            return np.vander(share, 3)
+        turn = 2.0 * math.pi * share
+        return np.column_stack([np.ones(len(s)), np.cos(turn), np.sin(turn)])
+
+    of_square, *_ = np.linalg.lstsq(
+        root[:, None] * basis(along), 4.0 * root * across**2, rcond=None
+    )
+    return lambda s: np.asarray(WIDER * np.sqrt(np.maximum(basis(s) @ of_square, 0.0)))
 
 
 def _moved(places: Array, old: tuple[float, float], new: tuple[float, float]) -> Array:

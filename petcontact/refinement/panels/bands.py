@@ -15,7 +15,7 @@ from ...geometry.charts import Chart
 from ...geometry.round_surfaces import GRID
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
-from .forecast import from_end
+from .forecast import WIDER, from_end
 from .hanging import closed
 from .rings import CORE, SHRINK
 from .tiles import tiles
@@ -39,6 +39,9 @@ FRAMES = 4.0
 rigid roller, 1000 half-widths long, was 1.45 and 1.44 %."""
 TURN = 0.25 * math.pi
 """Largest angle between opposite sides of a panel on a curved face [rad], as of first meshes."""
+BENT = WIDER - 1.0
+"""Largest distance of a panel from the arc that it follows, over its width [-]: an edge of contact
+that is so far away is as good as the right one."""
 LEVELS = 4
 """Numbers of lines between the ridge and the edge of a band, from 0."""
 
@@ -136,7 +139,7 @@ def _along(band: ContactBand, level: int, chart: Chart) -> Array:
     while todo:
         a, b = todo.pop()
         ends |= {a, b}
-        share = _share(band, a, b, most)
+        share = _share(band, (a, b), most, _bent(band, (a, b), level, chart))
         if share is not None:
             todo += [(a, a + share * (b - a)), (a + share * (b - a), b)]
     s, slack = np.array(sorted(ends)), _slack(chart)
@@ -148,17 +151,36 @@ def _along(band: ContactBand, level: int, chart: Chart) -> Array:
     return np.concatenate([[] if at_rim[0] else first, s, [] if at_rim[1] else last])
 
 
-def _share(band: ContactBand, a: float, b: float, most: float) -> float | None:
+def _bent(band: ContactBand, piece: tuple[float, float], level: int, chart: Chart) -> bool:
+    """Return whether a piece of a band leaves its ridge: its panels are cut at the same places,
+    since unlike neighbours would have slits between them."""
+    ways = chart.tangents(band.at(np.array(piece))[0])
+    turn = 2.0 * np.arcsin(0.5 * np.linalg.norm(ways[:, 0] - ways[:, 1], axis=1).max())
+    width = np.diff(_across(level)).min() * band.widest
+    return bool(turn > _most_turned(width / np.diff(piece)))
+
+
+def _most_turned(share: Array) -> Array:
+    """Return the largest angles between ends of panels that follow their arcs, by the shares of
+    their width in their length [rad].
+
+    A parabola through three points of an arc of length L and angle θ is off by 3 L θ³/2048.
+    """
+    return np.asarray(np.minimum(TURN, np.cbrt(BENT * 2048.0 / 3.0 * share)) + SINGLE)
+
+
+def _share(band: ContactBand, piece: tuple[float, float], most: float, bent: bool) -> float | None:
     """Return the share at which a piece of a band is cut, or None where it is short enough."""
-    (low, high), length = band.ends, b - a
+    (a, b), (low, high) = piece, band.ends
+    length = b - a
     at = np.equal((a, b), (low, high)) & ~np.array(band.mirrored)
     sharp = bool((at & band.sharp).any())
     shortest = 2.0 * FIRST * band.widest
     if at.any() and length > (0.5 * shortest if sharp else shortest):
         share = 1.0 / FRAMES if sharp else SHRINK
         return share if at[0] else 1.0 - share
-    rough = length > LONGEST * (high - low) or _missed(band, a, b) > most
-    return 0.5 if rough and length > shortest else None
+    rough = length > (LONGEST + SINGLE) * (high - low) or _missed(band, a, b) > most
+    return 0.5 if (rough or bent) and length > shortest else None
 
 
 def _missed(band: ContactBand, a: float, b: float) -> float:
@@ -216,7 +238,7 @@ def _frames(chart: Chart, band: ContactBand, grid: Array, width: float) -> list[
         else:
             box = np.where(done, last, box + sign * width)
             corners = _box_corners(box)
-        made, rim = _one_frame(rim, corners, width, not result)
+        made, rim = _one_frame(rim, corners, width if result else 0.0, chart.flat)
         result.append((origin + made @ axes, 1 if result else 2))
         if done.all():
             return result
@@ -263,25 +285,20 @@ def _room_in(corners: Array, box: Array) -> Array:
 
 
 def _one_frame(
-    rim: list[Array], corners: Array, width: float, first: bool
+    rim: list[Array], corners: Array, width: float, flat: bool
 ) -> tuple[Array, list[Array]]:
     """Return the panels (n, 9, 2) between a rim, four sides of points, and the sides between
     corners (4, 2), and the new rim.
 
-    Except in the first frame, panels are as long as the frame is wide at its corners, and longer
-    towards the middle of a side.
+    With width 0 panels are as long as those inside. On a curved face they end where those inside
+    end: there would be slits between different parabolas otherwise.
     """
     cells, outer = list[Array](), list[Array]()
     for k, side in enumerate(rim):
         length = float(np.linalg.norm(side[-1] - side[0]))
         t = np.linalg.norm(side - side[0], axis=1) / length
-        if not first:
-            ends = (
-                from_end(0.5, 1.5 * width / length, 0.5, FRAMES)
-                if 3.0 * width < length
-                else [0.0, 0.5]
-            )
-            t = np.unique(np.concatenate([ends, 1.0 - np.asarray(ends)]))
+        if width > 0.0:
+            t = _shares_of(width / length) if flat else _every_other(t, width / length)
             side = side[0] + t[:, None] * (side[-1] - side[0])
         start, end = corners[k], corners[(k + 1) % 4]
         out = start + t[:, None] * (end - start)
@@ -289,13 +306,25 @@ def _one_frame(
         size = np.linalg.norm(quads[:, 2] - quads[:, 0], axis=1)
         area = np.abs(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]))
         cells.append(_nine(quads[area > SINGLE * size**2]))
-        outer.append(np.stack([start, end]))
+        outer.append(out)
     return np.concatenate(cells), outer
 
 
+def _shares_of(width: float) -> Array:
+    """Return the shares of a side at which panels end, about as long as they are wide at both ends
+    and longer in the middle."""
+    ends = from_end(0.5, 1.5 * width, 0.5, FRAMES) if 3.0 * width < 1.0 else [0.0, 0.5]
+    return np.asarray(np.unique(np.concatenate([ends, 1.0 - np.asarray(ends)])))
+
+
+def _every_other(t: Array, width: float) -> Array:
+    """Return shares of a side, every other one where panels are shorter than they are wide."""
+    return t[::2] if len(t) % 2 and np.diff(t).max() < width else t
+
+
 def _turned_less(cells: Array, order: Index, chart: Chart) -> tuple[Array, Index]:
-    """Return the panels of a curved face, cut into equal pieces whose sides turn by `TURN` at most:
-    the normals of a ring that lies on a plane do not."""
+    """Return the panels of a curved face, cut into equal pieces whose sides follow it: the normals
+    of a ring that lies on a plane do not turn."""
     if chart.flat:
         return cells, order
     while True:
@@ -303,7 +332,8 @@ def _turned_less(cells: Array, order: Index, chart: Chart) -> tuple[Array, Index
         turn = 2.0 * np.arcsin(
             0.5 * np.linalg.norm(ways[:, :, [1, 0]] - ways[:, :, [3, 2]], axis=3)
         )
-        over = turn.max(axis=0) > TURN
+        size = np.linalg.norm(cells[:, [5, 4]] - cells[:, [7, 6]], axis=2)
+        over = turn.max(axis=0) > _most_turned(size[:, ::-1] / size)
         if not over.any():
             return cells, order
         axis = int(over.any(axis=0).argmax())

@@ -162,9 +162,11 @@ def test_the_upper_half_of_an_o_ring_is_unrolled_as_one():
     assert chart_of(Revolved(shape="revolved", angle=30.0, loops=[bent]).outline(), "skin") is None
 
 
-def test_the_ridge_of_a_whole_o_ring_goes_round():
+@pytest.mark.parametrize("narrower", [1.0, 0.25])
+def test_the_ridge_of_a_whole_o_ring_goes_round(narrower):
     """It is cut at the rim of the chart, beyond which contact goes on; panels turn by 45° at most,
-    though the normals at its top do not turn."""
+    though the normals at its top do not turn. Each ends where its neighbours end: parabolas through
+    other points of the same arc would leave slits."""
     sides = [
         {"part": "upper", "to": [27.65, 0.0], "radius": -2.65},
         {"part": "lower", "to": [22.35, 0.0], "radius": -2.65},
@@ -176,7 +178,8 @@ def test_the_ridge_of_a_whole_o_ring_goes_round():
     assert ridge.closed
     assert sorted(ridge.points[[0, -1], 0]) == pytest.approx([0.0, 50.0 * np.pi], abs=1e-6)
     assert forecast.half == pytest.approx(0.2764, rel=2e-3)  # of the axial problem
-    band = replace(band_of(ridge, forecast), mirrored=(True, True))
+    band = band_of(ridge, forecast)
+    band = replace(band, half=narrower * band.half, mirrored=(True, True))
     made = banded(round_mesh(surface, 3.0, 1), "upper", (chart, band, 0))
     nodes = made.nodes_of("upper")
     assert made.weight[nodes].sum() == pytest.approx(50.0 * np.pi * 2.65 * np.pi, rel=1e-3)
@@ -184,6 +187,10 @@ def test_the_ridge_of_a_whole_o_ring_goes_round():
     angle = np.sort(np.arctan2(corners[..., 1], corners[..., 0]), axis=1)
     turn = np.minimum(np.ptp(angle, axis=1), 2.0 * np.pi - np.ptp(angle, axis=1))
     assert turn.max() < 0.25 * np.pi + 1e-6
+    lines = np.sort(np.arctan2(corners[..., 1], corners[..., 0]) % (2.0 * np.pi), axis=None)
+    inner = np.abs(np.linalg.norm(corners[..., :2], axis=2) - 25.0) < 1.5 * band.half.max()
+    near = np.unique((np.sort(angle[inner.all(axis=1)], axis=None) % (2.0 * np.pi)).round(6))
+    assert np.abs(lines[:, None] - near).min(axis=1).max() < 1e-5
 
 
 def test_a_pin_in_a_bore_touches_where_it_moves():
