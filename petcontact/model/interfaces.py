@@ -206,8 +206,9 @@ def _distance(problem: Any, number: int, key: str, direction: Array | None) -> G
     obstacle, ray = problem.obstacle[number], None if direction is None else direction.tolist()
     if obstacle.shape is None:
         return None
-    aimed = obstacle.aimed(ray and tuple(ray), axial=problem.symmetry == "axial")
-    return as_given(aimed, key)
+    from .tools import aimed
+
+    return as_given(aimed(obstacle, ray and tuple(ray), axial=problem.symmetry == "axial"), key)
 
 
 def _law(place: str, law: Any) -> Law:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import pydantic
 
@@ -23,8 +23,28 @@ from ..given.tables.base import (
 )
 from ..given.tables.points import Columns, Rows
 
-if TYPE_CHECKING:
-    from ..given.shapes import Aimed
+SHAPED = {
+    "circle": ("radius",),
+    "sphere": ("radius",),
+    "cylinder": ("from", "to", "radius"),
+    "plane": ("normal",),
+    "polygon": ("vertices",),
+    "box": ("lower", "upper"),
+    "points": ("points",),
+}
+"""Keys that a shape of an obstacle needs."""
+MAY: dict[str | None, tuple[str, ...]] = {
+    **dict.fromkeys(SHAPED, ("hollow",)),
+    "plane": ("point",),
+    "polygon": ("fillet", "along", "angle", "hollow"),
+    "box": ("fillet", "along", "angle", "hollow"),
+    "points": ("columns", "smooth", "along", "angle", "hollow"),
+}
+"""Keys that a shape may have besides."""
+KEYS = tuple(dict.fromkeys(key for keys in (*SHAPED.values(), *MAY.values()) for key in keys))
+"""All of them."""
+SMALL = 0.1
+"""Rotation up to which linear displacements are those of a turned profile, to 0.5 % [rad]."""
 
 
 def _components(allowed: str, *words: str) -> pydantic.BeforeValidator:
@@ -180,24 +200,36 @@ class Obstacle(Model):
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_shape(self) -> Obstacle:
-        from .tools import check_keys
-
-        check_keys(self)
+        """Refuse keys that the shape has not, or that are missing."""
+        given = [key for key in KEYS if getattr(self, key) not in (None, False)]
+        if self.shape is None:
+            for key in given:
+                raise InputError(f"{key}: belongs to a shape; give shape, as in shape = 'circle'")
+            return self
+        needed = SHAPED[self.shape]
+        allowed = (*needed, *MAY[self.shape])
+        for key in given:
+            if key not in allowed:
+                raise InputError(
+                    f"{key}: a {self.shape} has none; its keys are {', '.join(allowed)}"
+                )
+        for key in needed:
+            if key not in given:
+                raise InputError(f"{key}: this key is required of a {self.shape}")
+        if self.shape == "cylinder" and getattr(self, "from") == self.to:
+            raise InputError("from and to are the same point: a cylinder has a length")
+        if "angle" in MAY[self.shape]:
+            self._check_rotation()
         return self
 
-    def aimed(self, direction: tuple[float, ...] | None, *, axial: bool) -> Aimed:
-        """The shape as rays along a unit vector, or along outward normals, meet it.
-
-        Raises
-        ------
-        InputError
-            If the problem has no such shape, or it is not one of revolution in an axial problem.
-        """
-        assert self.shape is not None
-        from ..given.shapes import Aimed
-        from .tools import shape_of
-
-        return Aimed(self.name, self.shape, shape_of(self, axial), direction, self.hollow)
+    def _check_rotation(self) -> None:
+        """Refuse a motion that turns a profile too far for linear displacements."""
+        turns = self.rotation if isinstance(self.rotation, tuple) else (self.rotation,)
+        if any(isinstance(turn, float) and abs(turn) > SMALL for turn in turns):
+            raise InputError(
+                f"rotation: is a small motion, at most {SMALL} rad with shape = {self.shape!r}; "
+                "angle (in degrees) turns it before"
+            )
 
     def motions(self, kind: Kind) -> list[object]:
         """Displacement and rotation, component by component, each a number, "free" or "hold".

@@ -1,10 +1,10 @@
-"""The shapes of rigid tools: keys of an obstacle, and the set of points that they stand for."""
+"""The shapes of rigid tools: the set of points that the keys of an obstacle stand for."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,69 +13,26 @@ from ..errors import InputError
 from ..geometry.arcs import signed_area
 from ..given.profile import CurveProfile, Extruded, Profile, RoundedPolygon
 from ..given.rounded_box import RoundedBox
-from ..given.shapes import Ball, HalfSpace, Rod, Shape
+from ..given.shapes import Aimed, Ball, HalfSpace, Rod, Shape
 from ..given.tables.points import curve_of, table_of
 from ..round_off import WRITTEN
+from .obstacles import Obstacle
 
-SHAPED = {
-    "circle": ("radius",),
-    "sphere": ("radius",),
-    "cylinder": ("from", "to", "radius"),
-    "plane": ("normal",),
-    "polygon": ("vertices",),
-    "box": ("lower", "upper"),
-    "points": ("points",),
-}
-"""Keys that a shape needs."""
-MAY: dict[str | None, tuple[str, ...]] = {
-    **dict.fromkeys(SHAPED, ("hollow",)),
-    "plane": ("point",),
-    "polygon": ("fillet", "along", "angle", "hollow"),
-    "box": ("fillet", "along", "angle", "hollow"),
-    "points": ("columns", "smooth", "along", "angle", "hollow"),
-}
-"""Keys that a shape may have besides."""
-KEYS = tuple(dict.fromkeys(key for keys in (*SHAPED.values(), *MAY.values()) for key in keys))
-"""All of them."""
-SMALL = 0.1
-"""Rotation up to which linear displacements are those of a turned profile, to 0.5 % [rad]."""
+T = TypeVar("T")
 
 
-def check_keys(tool: Any) -> None:
-    """Refuse keys of an obstacle that its shape has not, or that are missing.
+def aimed(tool: Obstacle, direction: tuple[float, ...] | None, *, axial: bool) -> Aimed:
+    """The shape of an obstacle as rays along a unit vector, or along outward normals, meet it.
 
     Raises
     ------
     InputError
+        As of `shape_of`.
     """
-    given = [key for key in KEYS if getattr(tool, key) not in (None, False)]
-    if tool.shape is None:
-        for key in given:
-            raise InputError(f"{key}: belongs to a shape; give shape, as in shape = 'circle'")
-        return
-    needed = SHAPED[tool.shape]
-    for key in given:
-        if key not in (allowed := (*needed, *MAY[tool.shape])):
-            raise InputError(f"{key}: a {tool.shape} has none; its keys are {', '.join(allowed)}")
-    for key in needed:
-        if key not in given:
-            raise InputError(f"{key}: this key is required of a {tool.shape}")
-    if tool.shape == "cylinder" and getattr(tool, "from") == tool.to:
-        raise InputError("from and to are the same point: a cylinder has a length")
-    if "angle" in MAY[tool.shape]:
-        _check_rotation(tool)
+    return Aimed(tool.name, needed(tool.shape), shape_of(tool, axial), direction, tool.hollow)
 
 
-def _check_rotation(tool: Any) -> None:
-    turns = tool.rotation if isinstance(tool.rotation, tuple) else (tool.rotation,)
-    if any(isinstance(turn, float) and abs(turn) > SMALL for turn in turns):
-        raise InputError(
-            f"rotation: is a small motion, at most {SMALL} rad with shape = {tool.shape!r}; angle "
-            "(in degrees) turns it before"
-        )
-
-
-def shape_of(tool: Any, axial: bool) -> Shape:
+def shape_of(tool: Obstacle, axial: bool) -> Shape:
     """The set of points that the keys of an obstacle stand for.
 
     Raises
@@ -85,38 +42,44 @@ def shape_of(tool: Any, axial: bool) -> Shape:
     """
     head = f"obstacle {tool.name!r}: "
     try:
-        return BUILT[tool.shape](tool, axial)
+        return BUILT[needed(tool.shape)](tool, axial)
     except InputError as error:  # that of a centre begins with the name already
         raise InputError(f"{head}{str(error).removeprefix(head)}") from None
 
 
-def _ball(tool: Any, axial: bool) -> Shape:
+def needed(value: T | None) -> T:
+    """The value of a key that the shape needs, and that `Obstacle` has found there."""
+    assert value is not None
+    return value
+
+
+def _ball(tool: Obstacle, axial: bool) -> Shape:
     centre = tool.centre_in(2 if axial or tool.shape == "circle" else 3)
     if axial and centre[0] != 0.0:
         raise InputError(f"centre: must lie on the axis x = 0, got {centre}")
-    return Ball(tuple(centre), tool.radius)
+    return Ball(tuple(centre), needed(tool.radius))
 
 
-def _rod(tool: Any, axial: bool) -> Shape:
-    return Rod(getattr(tool, "from"), tool.to, tool.radius, tool.hollow)
+def _rod(tool: Obstacle, axial: bool) -> Shape:
+    return Rod(getattr(tool, "from"), needed(tool.to), needed(tool.radius), tool.hollow)
 
 
-def _half_space(tool: Any, axial: bool) -> Shape:
-    if axial and tool.normal[0] != 0.0:
-        raise InputError(f"normal: must be along the axis, got {tool.normal}")
-    d = len(tool.normal)
-    point = tool.centre_in(d) if tool.point is None else tool.point
-    if len(point) != d:
-        raise InputError(f"point: needs {d} components here, got {len(point)}")
-    return HalfSpace(tuple(point), tool.normal)
+def _half_space(tool: Obstacle, axial: bool) -> Shape:
+    normal = needed(tool.normal)
+    if axial and normal[0] != 0.0:
+        raise InputError(f"normal: must be along the axis, got {normal}")
+    point = tool.centre_in(len(normal)) if tool.point is None else tool.point
+    if len(point) != len(normal):
+        raise InputError(f"point: needs {len(normal)} components here, got {len(point)}")
+    return HalfSpace(tuple(point), normal)
 
 
-def _polygon(tool: Any, axial: bool) -> Shape:
+def _polygon(tool: Obstacle, axial: bool) -> Shape:
     vertices = np.array(tool.vertices, dtype=float)
     return _placed(tool, lambda frame: _rounded(tool, _turned(tool, vertices, frame), axial))
 
 
-def _box(tool: Any, axial: bool) -> Shape:
+def _box(tool: Obstacle, axial: bool) -> Shape:
     low, high, fillet = np.array(tool.lower), np.array(tool.upper), tool.fillet or 0.0
     if len(low) != len(high) or not (low < high).all():
         raise InputError("each coordinate of upper must be greater than that of lower")
@@ -132,11 +95,13 @@ def _box(tool: Any, axial: bool) -> Shape:
         return _rounded(tool, _turned(tool, corners, np.eye(2)), axial)
     along = np.array(tool.along or (0.0, 0.0, 1.0))
     turn = math.radians(tool.angle or 0.0) * along / np.linalg.norm(along)
-    return RoundedBox(tool.lower, tool.upper, fillet, tuple(tool.centre_in(3)), tuple(turn))
+    return RoundedBox(
+        needed(tool.lower), needed(tool.upper), fillet, tuple(tool.centre_in(3)), tuple(turn)
+    )
 
 
-def _points(tool: Any, axial: bool) -> Shape:
-    table = table_of(tool.points, tool.columns, "(x, y)")
+def _points(tool: Obstacle, axial: bool) -> Shape:
+    table = table_of(needed(tool.points), tool.columns, "(x, y)")
 
     def section(frame: Array) -> Profile:
         from_centre = table + frame @ np.array(tool.centre_in(frame.shape[1]), dtype=float)
@@ -151,7 +116,7 @@ def _points(tool: Any, axial: bool) -> Shape:
     return _placed(tool, section)
 
 
-BUILT: dict[str, Callable[[object, bool], Shape]] = {
+BUILT: dict[str, Callable[[Obstacle, bool], Shape]] = {
     "circle": _ball,
     "sphere": _ball,
     "cylinder": _rod,
@@ -163,7 +128,7 @@ BUILT: dict[str, Callable[[object, bool], Shape]] = {
 """What makes a shape of an obstacle."""
 
 
-def _placed(tool: Any, section: Callable[[Array], Profile]) -> Shape:
+def _placed(tool: Obstacle, section: Callable[[Array], Profile]) -> Shape:
     """A profile in the plane, or in space the same along a direction.
 
     `section` makes it from the axes (2, d) of its plane. These are the other two axes in their
@@ -180,7 +145,7 @@ def _placed(tool: Any, section: Callable[[Array], Profile]) -> Shape:
     return Extruded(section(frame), tuple(map(tuple, frame.tolist())))
 
 
-def _turned(tool: Any, rows: Array, frame: Array) -> Array:
+def _turned(tool: Obstacle, rows: Array, frame: Array) -> Array:
     """Points (n, 2) of a profile, turned about the centre."""
     if tool.angle is None:
         return rows
@@ -189,7 +154,7 @@ def _turned(tool: Any, rows: Array, frame: Array) -> Array:
     return np.asarray((rows - centre) @ np.array([[c, s], [-s, c]]) + centre)
 
 
-def _rounded(tool: Any, vertices: Array, axial: bool) -> Profile:
+def _rounded(tool: Obstacle, vertices: Array, axial: bool) -> Profile:
     """A polygon with rounded corners; one that reaches the axis of revolution goes on as its
     image."""
     small = WRITTEN * np.abs(vertices).max()

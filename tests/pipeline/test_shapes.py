@@ -16,7 +16,7 @@ from petcontact.errors import InputError
 from petcontact.given.rounded_box import RoundedBox
 from petcontact.given.shapes import Aimed, Ball, Distance, HalfSpace, Rod
 from petcontact.given.sites import Sites
-from petcontact.model.tools import shape_of
+from petcontact.model.tools import aimed, shape_of
 from petcontact.pipeline.judge.remainders import gap_remainders
 
 R, DEPTH = 2.0, 0.01
@@ -332,7 +332,7 @@ def test_a_shape_of_other_problems_is_refused(head, given, told):
 
 def test_python_has_the_same_keys():
     tool = Obstacle("axle", shape="cylinder", from_=(0, 0, 0), to=(0, 0, 2), radius=1.0)
-    assert tool.aimed(None, axial=False).shape == Rod((0.0, 0.0, 0.0), (0.0, 0.0, 2.0), 1.0)
+    assert aimed(tool, None, axial=False).shape == Rod((0.0, 0.0, 0.0), (0.0, 0.0, 2.0), 1.0)
 
 
 def test_rays_along_and_across_the_axis_of_a_cylinder():
