@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ..errors import InputError
+from ..given import posed
 from ..given.tables.base import Model, Positive, whole_or_auto
 from ..runtime.hints import among
 
@@ -42,6 +43,10 @@ class Cycle(Model):
     count: Annotated[int, pydantic.Field(strict=True, ge=1, le=MOST_CYCLES)]
     jump: Annotated[int | Literal["auto"], whole_or_auto(MOST_CYCLES)] = "auto"
     tolerance: Annotated[Positive, pydantic.Field(le=1.0)] = 0.02
+
+    def posed(self, steps: range) -> posed.Cycle:
+        """The cycle with the numbers of its steps, as it is solved."""
+        return posed.Cycle(steps, self.count, self.jump, self.tolerance)
 
 
 def cycle_steps(problem: Any) -> range:

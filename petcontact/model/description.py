@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..given.conditions import Condition
 from ..given.interface_data import Law
 from ..given.values import Given
 from .bodies import Body, Contact, Pair, names_of
+from .load_steps import ObstacleChange, PointForceChange
+from .setting import Bodies
 
 
-def summary(problem: Any) -> list[tuple[str, str]]:
+def summary(problem: Bodies) -> list[tuple[str, str]]:
     """What a `Problem` consists of: a name and a line for each body, obstacle, contact and step,
     and for the method."""
     rows = [
@@ -29,10 +29,8 @@ def summary(problem: Any) -> list[tuple[str, str]]:
         for on in [" on ".join(map(", ".join, map(names_of, (pair.secondary, pair.primary))))]
     ]
     for k, step in enumerate(problem.step, 1):
-        changed = [
-            *(c.part for c in step.boundary),
-            *(c.name for c in (*step.obstacle, *step.point_force)),
-        ]
+        named: list[ObstacleChange | PointForceChange] = [*step.obstacle, *step.point_force]
+        changed = [*(c.part for c in step.boundary), *(c.name for c in named)]
         changed += ["loads"] * bool(step.loads)
         count = f"{step.increments} increment{'s' * (step.increments != 1)}"
         rows.append(

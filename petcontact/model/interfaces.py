@@ -20,9 +20,11 @@ from ..given.values import Given, as_given
 from ..runtime.hints import demand_name
 from .bodies import Contact, Pair, Periodic, names_of, part_name
 from .description import value_text
+from .obstacles import Obstacle
+from .setting import Bodies
 
 
-def posed_interfaces(problem: Any) -> tuple[PosedInterface, ...]:
+def posed_interfaces(problem: Bodies) -> tuple[PosedInterface, ...]:
     """The contact conditions and the contact pairs of a `Problem`, in the order of the config.
 
     Raises
@@ -80,7 +82,7 @@ def _changed(side: PosedInterface, key: str, change: object) -> Iterator[tuple[s
         yield name, value if name == "preload" else as_given(value, f"{key}.{name}")
 
 
-def _conditions(problem: Any) -> list[PosedInterface]:
+def _conditions(problem: Bodies) -> list[PosedInterface]:
     interfaces = []
     for b, body in enumerate(problem.body):
         for k, condition in enumerate(body.boundary):
@@ -89,18 +91,28 @@ def _conditions(problem: Any) -> list[PosedInterface]:
             name = condition.part if problem.is_flat else f"{body.name}.{condition.part}"
             key = f"boundary[{k}] ({condition.part})"
             place = key if problem.is_flat else f"body[{b}].{key}"
-            periodic = isinstance(condition, Periodic)
             primary = (b, condition.partner) if isinstance(condition, Periodic) else None
-            law = _law(place, Contact(condition.part, normal="bonded") if periodic else condition)
+            bonded = Contact(condition.part, normal="bonded")
+            law = _law(place, condition if isinstance(condition, Contact) else bonded)
             interfaces.append(
                 PosedInterface(
-                    name, place, b, condition.part, primary, None, law, None, (), periodic, True
+                    name,
+                    place,
+                    b,
+                    condition.part,
+                    primary,
+                    None,
+                    law,
+                    None,
+                    (),
+                    primary is not None,
+                    True,
                 )
             )
     return interfaces
 
 
-def _pairs(problem: Any) -> list[PosedInterface]:
+def _pairs(problem: Bodies) -> list[PosedInterface]:
     return [
         _pair(problem, k, pair, secondary, choice)
         for k, pair in enumerate(problem.contact)
@@ -109,7 +121,7 @@ def _pairs(problem: Any) -> list[PosedInterface]:
     ]
 
 
-def check_pairs(problem: Any) -> None:
+def check_pairs(problem: Bodies) -> None:
     """Refuse a part that meets itself or another one twice, and obstacles that none can choose.
 
     Raises
@@ -119,9 +131,12 @@ def check_pairs(problem: Any) -> None:
     stated, obstacles = dict[frozenset[object], str](), [o.name for o in problem.obstacle]
     for k, pair in enumerate(problem.contact):
         for own, other in itertools.product(names_of(pair.secondary), names_of(pair.primary)):
-            secondary, primary = problem.side(f"contact[{k}].secondary", own), other
-            if primary not in obstacles:
-                primary = problem.side(f"contact[{k}].primary", other, obstacles)
+            secondary = problem.side(f"contact[{k}].secondary", own)
+            primary = (
+                other
+                if other in obstacles
+                else problem.side(f"contact[{k}].primary", other, obstacles)
+            )
             if secondary == primary:
                 raise InputError(f"contact[{k}].primary: {other!r} is the secondary side itself")
             name = part_name(pair.name, own, other)
@@ -134,7 +149,7 @@ def check_pairs(problem: Any) -> None:
         _check_choice(f"contact[{k}]", pair, problem.obstacle)
 
 
-def _check_choice(key: str, pair: Pair, obstacles: Sequence[Any]) -> None:
+def _check_choice(key: str, pair: Pair, obstacles: Sequence[Obstacle]) -> None:
     """Refuse an obstacle among several primaries that nodes cannot choose by its distance."""
     names = names_of(pair.primary)
     for obstacle in (o for o in obstacles if o.name in names and len(names) > 1):
@@ -151,7 +166,7 @@ def _check_choice(key: str, pair: Pair, obstacles: Sequence[Any]) -> None:
                 )
 
 
-def _pair(problem: Any, k: int, pair: Pair, secondary: str, choice: int) -> PosedInterface:
+def _pair(problem: Bodies, k: int, pair: Pair, secondary: str, choice: int) -> PosedInterface:
     """The interface of one secondary part with one primary of a contact."""
     key, along, several = f"contact[{k}]", pair.direction, pair.has_several
     other, obstacles = names_of(pair.primary)[choice], [o.name for o in problem.obstacle]
@@ -201,7 +216,7 @@ def _apart(side: PosedInterface, boundaries: Sequence[Boundary]) -> tuple[float,
     return float(scipy.spatial.distance.cdist(own, other).min()), size
 
 
-def _distance(problem: Any, number: int, key: str, direction: Array | None) -> Given | None:
+def _distance(problem: Bodies, number: int, key: str, direction: Array | None) -> Given | None:
     """The distance to an obstacle along a direction, None if it has no shape."""
     obstacle, ray = problem.obstacle[number], None if direction is None else direction.tolist()
     if obstacle.shape is None:
@@ -211,7 +226,7 @@ def _distance(problem: Any, number: int, key: str, direction: Array | None) -> G
     return as_given(aimed(obstacle, ray and tuple(ray), axial=problem.symmetry == "axial"), key)
 
 
-def _law(place: str, law: Any) -> Law:
+def _law(place: str, law: Contact | Pair) -> Law:
     """The law of a `Contact` or a `Pair`, whose place in the config errors name."""
 
     def datum(key: str) -> Given | None:

@@ -16,14 +16,13 @@ from ..geometry.condensed_surface import CondensedSurface
 from ..geometry.meridian import meridian
 from ..geometry.outline import as_outline
 from ..geometry.surface import Boundary
-from ..given import body_data
+from ..given import body_data, posed
 from ..given.interface_data import PosedInterface
 from ..given.posed import Posed
-from ..given.tables.base import Finite, Model
+from ..given.tables.base import Model
 from ..given.tables.material import Material
-from ..given.tables.solver_options import Bem, MeshOptions, Method, Options
+from ..given.tables.solver_options import Bem, MeshOptions, Method
 from ..given.tables.units import Units
-from ..runtime.hints import nearest
 from .bodies import (
     Body,
     Condition,
@@ -43,59 +42,13 @@ from .load_steps import Step, changed_condition, changed_obstacles, check_step, 
 from .loads import PointForce, VolumeLoads, check_material
 from .obstacles import Obstacle
 from .posed_bodies import posed_body
-from .posing import posed
+from .setting import Bodies, Setting
 from .shapes.files import Gmsh
 from .shapes.plane import SideBySide
 from .torsion import is_twisted, with_third_components
 
 if TYPE_CHECKING:
     from ..geometry.surface import Boundary
-
-
-class Setting(Model):
-    """What a problem says besides its bodies.
-
-    Attributes
-    ----------
-    title : str
-        Title of the problem, for verdict and figures.
-    symmetry : {"plane", "axial"}, optional
-        "axial": bodies of revolution, whose half sections are given by x, the distance r >= 0 from
-        the axis, and y, the height z along it. Forces are those on whole rings. Vectors may have a
-        third component, round the axis by the right-hand rule about +z.
-    units : Units
-        Names of the units, for figures and files.
-    variables : dict of name to float
-        Lengths, moduli, angles by name. In a file any number may be an expression of them, as
-        "2*t + 1", and sweeps vary "variables.t".
-    obstacle : list of Obstacle
-        Rigid bodies.
-    contact : list of Pair
-        Which parts may touch.
-    step : list of Step
-        Load steps, in order; without them the loads are applied in one.
-    cycle : Cycle, optional
-        Steps that are done again and again.
-    method : Method
-        How the contact problem is solved.
-    bem : Bem
-        How the boundary operators are stored.
-    petsc : dict
-        PETSc options without the leading dash; `-options_file` and the command line have
-        precedence.
-    """
-
-    title: str = ""
-    symmetry: Literal["plane", "axial"] | None = pydantic.Field(default=None, kw_only=True)
-    units: Units = Units.model_construct()
-    variables: dict[str, Finite] = {}  # noqa: RUF012 (pydantic copies it)
-    obstacle: tuple[Obstacle, ...] = ()
-    contact: tuple[Pair, ...] = ()
-    step: tuple[Step, ...] = ()
-    cycle: Cycle | None = None
-    method: Method = Method.model_construct()
-    bem: Bem = Bem.model_construct()
-    petsc: Options = {}  # noqa: RUF012 (pydantic copies it)
 
 
 class OneBody(Setting):
@@ -131,7 +84,7 @@ HOW = {"method", "bem", "petsc"}
 """Keys that say how a problem is solved, from which nothing of what is solved follows."""
 
 
-class Problem(Setting):
+class Problem(Bodies):
     """A contact problem of several bodies, and how it is solved: one TOML file with [[body]].
 
     A problem of one body may be given and read without its `Body`: by `material`, `geometry`,
@@ -173,8 +126,6 @@ class Problem(Setting):
     >>> block.body[0].name, block.material.young_modulus
     ('body', 10000.0)
     """
-
-    body: tuple[Body, ...] = pydantic.Field(min_length=1, kw_only=True)
 
     if TYPE_CHECKING:
 
@@ -324,21 +275,6 @@ class Problem(Setting):
         except InputError as error:
             raise InputError(f"{in_body(body.name)}{error}") from None
 
-    def side(self, key: str, text: str, obstacles: Sequence[str] = ()) -> tuple[int, str]:
-        """Number of the body and name of the part that "body.part" means; of a single body "part"
-        will do."""
-        bodies = [body.name for body in self.body]
-        name, dot, part = text.partition(".")
-        if not dot and len(bodies) == 1 and text not in bodies:
-            name, dot, part = bodies[0], ".", text
-        if name not in bodies or not part:
-            rule = 'must be "body.part"' + (" or the name of an obstacle" if obstacles else "")
-            names = [*(f"{body}.…" for body in bodies), *obstacles]
-            near = "" if name in bodies else nearest(name, [*bodies, *obstacles])
-            hint = near or f"; there are {', '.join(names)}"
-            raise ValueError(f"{key}: {rule}, got {text!r}{hint}")
-        return bodies.index(name), part
-
     @functools.cached_property
     def bodies(self) -> tuple[body_data.Body, ...]:
         """The bodies with their conditions and loads at the end of each step, as functions of the
@@ -367,7 +303,25 @@ class Problem(Setting):
     @functools.cached_property
     def posed(self) -> Posed:
         """The problem as it is solved: numbers and functions of the place."""
-        return posed(self)
+        return Posed(
+            self.kind,
+            self.symmetry == "axial",
+            self.twisted,
+            self.bodies,
+            self.interfaces,
+            tuple(map(tuple, self.obstacles_at)),
+            tuple(
+                posed.Step(
+                    step.name, step.increments, "increments" in step.model_fields_set, step.until
+                )
+                for step in self.step
+            ),
+            None if self.cycle is None else self.cycle.posed(cycle_steps(self)),
+            self.method,
+            self.bem,
+            self.petsc,
+            self.outline,
+        )
 
     @property
     def holds_normals(self) -> bool:
@@ -454,11 +408,6 @@ class Problem(Setting):
             if not adaptive or self.outline(k).graded:  # in 3D they make the first mesh
                 keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
         return keys
-
-    @property
-    def is_flat(self) -> bool:
-        """Whether it is one body of a file without [[body]]."""
-        return len(self.body) == 1 and self.body[0].name == ONE_BODY
 
     def toml(self) -> str:
         """The whole problem as TOML, defaults filled in; one body called "body" stands at the top

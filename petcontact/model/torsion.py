@@ -12,6 +12,7 @@ from .bodies import Displacement, Periodic, Traction
 from .load_steps import BoundaryChange, ObstacleChange, PointForceChange
 from .loads import PointForce
 from .obstacles import Obstacle
+from .setting import Bodies
 
 VECTORS: dict[type[Model], tuple[str, ...]] = {
     Traction: ("value",),
@@ -26,7 +27,7 @@ STILL = (None, 0.0, "free", HOLD, (), (0.0,), ("free",), (HOLD,))
 """Of an obstacle, a rotation or a moment that turns nothing by itself."""
 
 
-def is_twisted(problem: Any) -> bool:
+def is_twisted(problem: Bodies) -> bool:
     """Whether something turns bodies of revolution about their axis: a vector with a third
     component, a rotation or a moment."""
     if problem.symmetry != "axial":
@@ -41,7 +42,7 @@ def is_twisted(problem: Any) -> bool:
     return False
 
 
-def with_third_components(problem: Any) -> Keyed:
+def with_third_components(problem: Bodies) -> Keyed:
     """Bodies, obstacles and steps of a problem with torsion; a third component that is not given
     is 0."""
     jumps = {c.part for body in problem.body for c in body.boundary if isinstance(c, Periodic)}
@@ -61,7 +62,7 @@ def with_third_components(problem: Any) -> Keyed:
     }
 
 
-def _models(problem: Any) -> Iterator[Model]:
+def _models(problem: Bodies) -> Iterator[Model]:
     """Yield the tables of the config whose values may twist a body."""
     yield from problem.obstacle
     for body in problem.body:
