@@ -10,11 +10,10 @@ import contextlib
 from collections.abc import Iterator
 from math import prod
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from .arrays import LARGEST_NUMBER, LONGEST_NAME
+from .arrays import LARGEST_NUMBER, LONGEST_NAME, AnyArray
 from .errors import InputError, PetcontactError
 from .record import record
 
@@ -67,7 +66,9 @@ def foreign(path: str | Path, error: type[PetcontactError] = InputError) -> Iter
         raise error(f"{path}: {said} ({reason or type(found).__name__})") from None
 
 
-def check_declared(name: str, shape: Any, kind: str, wanted: Stored, sizes: dict[str, int]) -> None:
+def check_declared(
+    name: str, shape: tuple[int, ...], kind: str, wanted: Stored, sizes: dict[str, int]
+) -> None:
     """Refuse an array by its shape and kind; sizes that were not known are from then on.
 
     Raises
@@ -101,7 +102,7 @@ def _product(letters: list[str], sizes: dict[str, int]) -> int:
     return prod(int(c) if c.isdecimal() else sizes[c] for c in letters)
 
 
-def checked(name: str, values: Any, wanted: Stored) -> object:
+def checked(name: str, values: AnyArray, wanted: Stored) -> AnyArray:
     """The values as float64, int64 or text, each in its range; names are short, unlike each other,
     and can be printed.
 
@@ -136,7 +137,7 @@ def checked(name: str, values: Any, wanted: Stored) -> object:
     return values.astype(np.int64 if whole else np.float64)
 
 
-def demand_unique(name: str, values: Any) -> None:
+def demand_unique(name: str, values: AnyArray) -> None:
     """Refuse rows that are there twice.
 
     Raises

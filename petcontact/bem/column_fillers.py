@@ -3,7 +3,7 @@ mesh, or a kernel's integrals."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -99,7 +99,12 @@ class CompiledFiller:
     """
 
     def __init__(
-        self, name: str, letters: str, mesh: list[Any], data: ColumnData, kept: object = None
+        self,
+        name: str,
+        letters: str,
+        mesh: list[native.Member],
+        data: ColumnData,
+        kept: object = None,
     ) -> None:
         self._struct, self._kept = (name, letters, mesh), kept
         self._function = native.function(name, native.FILLER)

@@ -11,9 +11,12 @@ import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .options import option, options, positives
+
+if TYPE_CHECKING:
+    from ..model.problem import Problem
 
 add_arguments = options(
     option("config", metavar="CONFIG.toml", nargs="+", help="the problems"),
@@ -84,7 +87,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     return 0
 
 
-def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Any]]:
+def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Problem]]:
     """Each config with each element size that is asked for, and its label."""
     from ..model import case as config
 

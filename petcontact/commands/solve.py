@@ -25,7 +25,9 @@ from .options import option, options, positive, real
 if TYPE_CHECKING:
     from ..contact.state import ContactState
     from ..model.problem import Problem
+    from ..results.numbers.number import Number
     from ..results.solution import Solution
+    from ..runtime.terminal import StatusLine
 
 
 SUFFIXES = (".h5", ".hdf5")
@@ -204,7 +206,8 @@ def with_numbers(solution: Solution, interrupted: int) -> Solution:
     from ..pipeline.judge.findings import new_finding
     from ..runtime.petsc import petsc
 
-    began, numbers = time.perf_counter(), tuple[Any, ...]()
+    began = time.perf_counter()
+    numbers: tuple[Number, ...] = ()
     with contextlib.suppress(BrokenOff), answering(petsc().COMM_SELF):
         numbers = () if interrupted else tuple(solution.numbers)
     timings = {**solution.timings, "numbers": time.perf_counter() - began}
@@ -223,7 +226,7 @@ def saved_text(solution: Solution, output: Path) -> str:
     return f"{subject} is saved in {output}{begin}"
 
 
-def solver(arguments: argparse.Namespace, problem: Problem) -> Callable[..., Any]:
+def solver(arguments: argparse.Namespace, problem: Problem) -> Callable[..., Solution]:
     """What solves: `adapt` where the command line asks for an adaptive solve, else `solve`, which
     adapts where the config asks for it."""
     accuracy = arguments.accuracy
@@ -243,7 +246,7 @@ def solver(arguments: argparse.Namespace, problem: Problem) -> Callable[..., Any
 
 
 def announcer(
-    status: Any, adaptive: bool, *, quiet: bool
+    status: StatusLine, adaptive: bool, *, quiet: bool
 ) -> Callable[[int, int, float, float], Callable[[float], None]]:
     """Announces what will take a while, the whole solve or one of its meshes, and shows on the
     status line how far it is."""
@@ -280,11 +283,11 @@ class Meshes:
         That something is.
     """
 
-    def __init__(self, status: Any, output: Path, *, replaces: bool, quiet: bool) -> None:
+    def __init__(self, status: StatusLine, output: Path, *, replaces: bool, quiet: bool) -> None:
         self._status, self._output, self.replaces = status, output, replaces
         self._quiet = quiet
         self.said = " (replaced)" if output.exists() else ""
-        self._last: Any = None
+        self._last: Solution | None = None
 
     def saved(self) -> str:
         """Save the solution on the last mesh, if there is one; what is saved, in words."""

@@ -13,9 +13,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from .. import __version__, native
 from ..errors import MissingKernelsError, installed_by
@@ -75,7 +74,7 @@ def gather() -> Keyed:
     return facts
 
 
-def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def judge(facts: Keyed) -> Iterator[Finding]:
     """Yield findings from facts.
 
     No process is started here, so that tests can invent an installation.
@@ -101,7 +100,7 @@ def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
             yield from judged(facts)
 
 
-def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_petsc(facts: Keyed) -> Iterator[Finding]:
     text = (
         f"PETSc {facts['petsc']}, petsc4py {facts['petsc4py']}, {facts['scalar']}, "
         f"{facts['integer']}"
@@ -134,7 +133,7 @@ def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Finding]:
         )
 
 
-def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_mpi(facts: Keyed) -> Iterator[Finding]:
     if len(facts["mpi_libraries"]) > 1:
         yield Finding(
             "mpi",
@@ -167,7 +166,7 @@ def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Finding]:
         yield Finding("mpi", "ok", f"{facts['mpi']}, {facts['launcher']} starts 2 ranks of it")
 
 
-def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_blas(facts: Keyed) -> Iterator[Finding]:
     share = max(1, facts["cores"] // facts["ranks"])
     text = (
         ", ".join(
@@ -186,7 +185,7 @@ def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Finding]:
         yield Finding("blas", "ok", f"{text} on {facts['cores']} cores")
 
 
-def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_hdf5(facts: Keyed) -> Iterator[Finding]:
     text = (
         f"h5py {facts['h5py']}, HDF5 {facts['hdf5']} "
         f"({'parallel' if facts['hdf5_mpi'] else 'serial'} flavour)"
@@ -205,7 +204,7 @@ def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Finding]:
         yield Finding("hdf5", "ok", text)
 
 
-def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_plots(facts: Keyed) -> Iterator[Finding]:
     backend = facts["environment"]["MPLBACKEND"].lower()
     display = facts["environment"]["DISPLAY"] or facts["environment"]["WAYLAND_DISPLAY"]
     if not facts["font"]:
@@ -230,7 +229,7 @@ def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Finding]:
     )
 
 
-def _judge_folder(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_folder(facts: Keyed) -> Iterator[Finding]:
     writable, free = facts["folder"]
     if not writable:
         yield Finding(

@@ -58,7 +58,12 @@ def stress_across(
 
 @stress_across.register
 def _(
-    mesh: CurveMesh, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
+    mesh: CurveMesh,
+    x: Array,
+    u: Array,
+    stress: Array,
+    material: Material,
+    heat: Array | float = 0.0,
 ) -> Array:
     if material.plane == "stress":
         return np.zeros(len(stress))
@@ -67,7 +72,7 @@ def _(
 
 @stress_across.register
 def _(
-    mesh: RingMesh, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
+    mesh: RingMesh, x: Array, u: Array, stress: Array, material: Material, heat: Array | float = 0.0
 ) -> Array:
     across = material.poisson_ratio * (stress[:, 0] + stress[:, 1]) + heat
     # on the axis the hoop stress is the radial one

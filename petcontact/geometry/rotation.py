@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..arrays import Array, Index
@@ -53,7 +51,7 @@ class Motions:
         """Which columns of `every` are rigid motions, (count,)."""
         return np.array([*self.along, *range(self.dim, self.components)], dtype=int)
 
-    def every(self, x: Array, centre: Any = 0.0) -> Array:
+    def every(self, x: Array, centre: Array | float = 0.0) -> Array:
         """Return the displacement of points (m, d) for unit motions, (m, d, d + rotations).
 
         Translations along the d axes come first, then rotations about a centre. A translation that
@@ -67,7 +65,7 @@ class Motions:
             result[:, i, k], result[:, j, k] = -away[:, j], away[:, i]
         return result
 
-    def modes(self, x: Array, centre: object = 0.0) -> Array:
+    def modes(self, x: Array, centre: Array | float = 0.0) -> Array:
         """Return the displacement of points (m, d) for the unit rigid motions, (m, d, count)."""
         return self.every(x, centre)[:, :, self.possible]
 

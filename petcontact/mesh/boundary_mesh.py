@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import scipy
 
 from ..arrays import Array, Index
 from ..geometry.rotation import Motions
@@ -196,7 +197,7 @@ class BoundaryMesh(Keeping, abc.ABC):
         search."""
 
     @abc.abstractmethod
-    def basis_at(self, element: Index, place: Array) -> Any:
+    def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Return the sparse matrix (q, n) from nodal values to values at positions, as in `Hits`,
         on elements (q,)."""
 

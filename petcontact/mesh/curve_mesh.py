@@ -4,7 +4,7 @@ normals."""
 from __future__ import annotations
 
 import functools
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import scipy
@@ -309,13 +309,13 @@ class CurveMesh(BoundaryMesh):
         return points.reshape(shape), normals.reshape(shape)
 
 
-def corner_node(power: Any) -> Any:
+def corner_node(power: Array | float) -> Array:
     """Return the distance of the node of a corner element with power λ from the corner, over its
     length.
 
     It is λ^(1/(1-λ)), where r^(λ-1) equals its mean over the element.
     """
-    return power ** (1.0 / (1.0 - power))
+    return np.asarray(power ** (1.0 / (1.0 - power)))
 
 
 def as_curve(mesh: BoundaryMesh) -> CurveMesh:

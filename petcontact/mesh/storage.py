@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any
 
 import h5py
 import numpy as np
 
+from ..arrays import AnyArray, Array, Index
 from ..errors import ResultError
-from ..untyped import Group
+from ..untyped import Group, Keyed
 from .boundary_mesh import BoundaryMesh
 from .curve_mesh import CurveMesh, as_curve
 from .panels import HIGHEST_ORDER
@@ -67,7 +69,7 @@ def read_mesh(group: Group, source: str) -> BoundaryMesh:
     ResultError
         If its elements are neither lines nor panels, or its arrays do not fit each other.
     """
-    kinds: dict[tuple[int, int], tuple[tuple[str, ...], Any]] = {
+    kinds: dict[tuple[int, int], tuple[tuple[str, ...], Callable[..., CurveMesh | SurfaceMesh]]] = {
         (2, 2): (CURVE_ARRAYS, _curve),
         (3, 4): (SURFACE_ARRAYS, _surface),
     }
@@ -107,9 +109,9 @@ def read_mesh(group: Group, source: str) -> BoundaryMesh:
 
 
 def _curve(
-    vertices: Any,
-    elements: Any,
-    arrays: Any,
+    vertices: Array,
+    elements: Index,
+    arrays: Keyed,
     names: tuple[str, ...],
     unit_length: float,
     source: str,
@@ -126,9 +128,9 @@ def _curve(
 
 
 def _surface(
-    vertices: Any,
-    elements: Any,
-    arrays: Any,
+    vertices: Array,
+    elements: Index,
+    arrays: Keyed,
     names: tuple[str, ...],
     unit_length: float,
     source: str,
@@ -157,7 +159,7 @@ def _surface(
     return SurfaceMesh(corners, arrays["order"], arrays["part"], names, between)
 
 
-def demand_range(values: Any, count: int, name: str) -> None:
+def demand_range(values: AnyArray, count: int, name: str) -> None:
     """Refuse values that are not whole numbers from 0 to count - 1."""
     whole = values.dtype.kind in "iu" and (
         not values.size or (values.min() >= 0 and values.max() < count)

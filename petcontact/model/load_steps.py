@@ -281,7 +281,9 @@ def _given_anew(step: Step) -> set[str]:
     return {*map(repr, names), *(f"the loads of {each.body or 'the body'}" for each in step.loads)}
 
 
-def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:
+def changed_condition(
+    body: Body, change: BoundaryChange, key: str
+) -> Displacement | Traction | Periodic:
     """The condition of a part with the values of a step.
 
     Raises
@@ -319,14 +321,16 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
         raise ValueError(f"{key}.{error}") from None
 
 
-def condition_after(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:
+def condition_after(
+    body: Body, change: BoundaryChange, key: str
+) -> Displacement | Traction | Periodic:
     """The condition of a part in a step that changes it; errors as of `changed_condition`."""
     if change.goes_on:
         return moved_on(body.condition(change.part), change, key)
     return changed_condition(body, change, key)
 
 
-def _changing(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:
+def _changing(body: Body, change: BoundaryChange, key: str) -> Displacement | Traction | Periodic:
     """The condition of a part, if it is one that steps change; a pressure loads free parts, too."""
     part, old = change.part, body.condition(change.part)
     if old is None and change.pressure is not None:
@@ -381,7 +385,7 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
             )
 
 
-def _body_of(change: Any, key: str, bodies: Sequence[Body]) -> Body:
+def _body_of(change: BoundaryChange | LoadsChange, key: str, bodies: Sequence[Body]) -> Body:
     """The body that a change names; it may name none where there is one."""
     names = [body.name for body in bodies]
     if change.body is None and len(names) > 1:

@@ -7,7 +7,7 @@ import re
 from pydantic.json_schema import models_json_schema
 
 from ..given.tables.base import Model
-from ..given.tables.model_tree import models_below
+from ..given.tables.model_tree import Class, models_below
 from ..untyped import Keyed
 
 ENTRY = re.compile(
@@ -15,7 +15,7 @@ ENTRY = re.compile(
 )
 
 
-def described(cls: type[Model]) -> dict[str, tuple[str, str]]:
+def described(cls: Class) -> dict[str, tuple[str, str]]:
     """What the docstring's Attributes say of each field, in one line, and in which problems it
     counts: "2D, axial", "" for all; of the key that chooses a shape or condition that is so for
     all."""
@@ -53,6 +53,6 @@ def json_schema(models: dict[str, type[Model]]) -> Keyed:
     return {"$schema": "http://json-schema.org/draft-07/schema#", **chosen, **definitions}
 
 
-def summary(model: type[Model]) -> str:
+def summary(model: Class) -> str:
     """Return what the docstring of a model says in its first paragraph."""
     return " ".join((model.__doc__ or "").split("\n\n")[0].split())

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import InputError
 from ..given.expressions import FUNCTIONS, parse_expression, plain_value
 from ..given.tables.mistakes import WORD, shown
-from ..given.tables.model_tree import models_below
+from ..given.tables.model_tree import Class, models_below
 from ..runtime.hints import number_refused
 from ..untyped import Keyed
 
@@ -22,7 +22,7 @@ TAKEN = frozenset(("x", "y", "z", "nx", "ny", "nz", "s", "pi", "e", *FUNCTIONS))
 WORDS = re.compile(r"(?<![\w.])[^\W\d]\w*")
 
 
-def with_values(data: Keyed, models: tuple[object, ...], source: str) -> Keyed:
+def with_values(data: Keyed, models: tuple[Class, ...], source: str) -> Keyed:
     """Return plain data whose numbers are no expressions of variables any more.
 
     Parameters
@@ -61,7 +61,7 @@ def with_values(data: Keyed, models: tuple[object, ...], source: str) -> Keyed:
 
 
 @functools.cache
-def _numeric(models: tuple[object, ...]) -> frozenset[str]:
+def _numeric(models: tuple[Class, ...]) -> frozenset[str]:
     """Keys that take a number, alone or in arrays and tables."""
     return frozenset(
         name

@@ -36,6 +36,8 @@ FILLER = "piNiNDD"
 two blocks."""
 Compiled = Callable[..., None]
 AnyArray = np.ndarray[tuple[int, ...], np.dtype[Any]]
+Member = AnyArray | int | float | None
+"""Of a struct of C: an array, a number, or nothing in the place of an array."""
 _byte_of: Callable[[Any], object] = ctypes.c_char.from_buffer
 _address_of: Callable[[Any], int] = ctypes.addressof
 _NUMBERS = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
@@ -140,7 +142,7 @@ class Struct:
     """A struct of C: pointers to arrays (which are kept alive) and numbers, in the order of the
     members, whose letters are those of `function`."""
 
-    def __init__(self, letters: str, *members: AnyArray | int | float | None) -> None:
+    def __init__(self, letters: str, *members: Member) -> None:
         values, kinds, self._members = [], "", members
         for letter, member in zip(letters, members, strict=True):
             is_number = letter in _NUMBERS

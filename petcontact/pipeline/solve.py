@@ -39,7 +39,7 @@ def solve(
     method: GivenMethod | None = None,
     rule: Rule | None = None,
     law: GivenLaw | None = None,
-    petsc_options: Mapping[str, object] | None = None,
+    petsc_options: Mapping[str, Any] | None = None,
     comm: Comm = None,
     monitor: Monitor | None = None,
     announce: Announce | None = None,
@@ -177,7 +177,7 @@ def posed(
     problem: Problem | str | Path,
     method: GivenMethod | None,
     petsc_options: Mapping[str, Any] | None,
-) -> tuple[Problem, Any]:
+) -> tuple[Problem, GivenMethod | None]:
     """The problem with a method and options over its own, and the method where that is no table."""
     if isinstance(problem, str | Path):
         problem = load(problem)

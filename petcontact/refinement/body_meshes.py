@@ -82,9 +82,8 @@ def _usual_size(boundary: object) -> float:
     return math.nan
 
 
-@_usual_size.register(RoundSurface)
-@_usual_size.register(CadSurface)
-def _(boundary: Any) -> float:
+@_usual_size.register
+def _(boundary: RoundSurface | CadSurface) -> float:
     return float(boundary.usual_size)
 
 

@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -156,7 +155,7 @@ def _collect(
     """Write results.h5 from the logs, and sum up what the ranks say: their log, their seconds by
     stage, their processor time."""
     since, cpu = time.perf_counter(), [seconds for *_, seconds in every]
-    timings: Any = Counter()
+    timings = Counter[str]()
     for _, stages, _ in every:
         timings.update(stages)
     with place.renewing():
@@ -232,7 +231,7 @@ class _Worker:
     ) -> None:
         self.sweep, self.groups, self.team, self.log = sweep, groups, team, log
         self.identity, self.more = identity, more
-        self.timings: Any = Counter()
+        self.timings = Counter[str]()
         self._group, self._reason = -1, ""
         self._prepared: PreparedProblem | None = None
 

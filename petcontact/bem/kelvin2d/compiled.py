@@ -123,7 +123,7 @@ ELEMENTS, NODES_OF = "DDNNNNDDddd", "DDNNNN"
 
 def element_members(
     of: CurveMesh | Elements, index: Index, poisson_ratio: float, length: float, unit: float
-) -> list[Any]:
+) -> list[native.Member]:
     """Members of a struct Elements."""
     order = np.broadcast_to(of.order, len(index))
     whole = [native.contiguous(array, np.int64) for array in (order, of.line, index)]
@@ -138,7 +138,7 @@ def element_members(
     return [*shape, poisson_ratio, length, unit]
 
 
-def point_members(targets: Targets) -> list[Any]:
+def point_members(targets: Targets) -> list[native.Member]:
     """Members of a struct Points."""
     whole = [
         None if array is None else native.contiguous(array, np.int64)
@@ -148,7 +148,12 @@ def point_members(targets: Targets) -> list[Any]:
 
 
 def integrated(
-    name: str, letters: str, curve: list[Any], targets: Targets, elements: Elements, *shape: int
+    name: str,
+    letters: str,
+    curve: list[native.Member],
+    targets: Targets,
+    elements: Elements,
+    *shape: int,
 ) -> tuple[Array, Array]:
     """Two kernels of n elements at m targets by a compiled function, each (*shape, n(p+1), m).
 
@@ -164,7 +169,7 @@ def integrated(
 
 
 def curve_columns(
-    name: str, letters: str, curve: list[object], mesh: CurveMesh, data: ColumnData
+    name: str, letters: str, curve: list[native.Member], mesh: CurveMesh, data: ColumnData
 ) -> CompiledFiller:
     """The filler of columns by a compiled function; `curve` has the members for all elements,
     `letters` their kinds."""

@@ -50,7 +50,7 @@ def corner_columns(
     centred = replace(targets, xi=np.where(mesh.power[targets.element] != 0.0, 0.0, targets.xi))
     for number in mesh.element[nodes].tolist():
         power = abs(float(mesh.power[number]))
-        own = corner_node(power)
+        own = float(corner_node(power))
         ends, pieces = _pieces(mesh, number, own)
         r = (ends[:-1, None] + np.diff(ends)[:, None] * 0.5 * (1.0 + gauss(ORDER)[0])) / own
         r = r if mesh.power[number] > 0.0 else r[:, ::-1]

@@ -92,7 +92,7 @@ CURVE = ELEMENTS + "NDii"
 
 def _curve(
     of: CurveMesh | Elements, index: Index, kernel: Any, of_stress: bool = False
-) -> list[Any]:
+) -> list[native.Member]:
     """Members of a struct Curve."""
     tolerance = kernel.tolerance or TOLERANCE
     angle = np.abs(half_angles(np.hypot(*(of.end - of.start).T), of.curvature))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from ..options import (
     positive,
     real,
 )
+
+if TYPE_CHECKING:
+    from ...fatigue.evaluate import Fatigue
 
 add_arguments = options(
     RESULT,
@@ -122,7 +125,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     return 0
 
 
-def _print_largest(result: Any) -> None:
+def _print_largest(result: Fatigue) -> None:
     """The largest value, its place, and the plane that it is found on."""
     from ...results.numbers.number import Number
     from ...results.verdict.text import told

@@ -7,12 +7,11 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ... import native
-from ...arrays import Array, Index
+from ...arrays import AnyArray, Array, Index
 from ...record import record
 from .block_tree import Blocks, Clusters, divided
 from .entries import Callback, Entries
@@ -68,7 +67,7 @@ class Chunk:
 
     blocks: Index
     ranks: Index
-    values: Any
+    values: AnyArray
 
 
 def build_blocks(
@@ -181,7 +180,7 @@ class _Builder:
         capacity = max(CHUNK, int(limit.max()))
         sizes = np.where((tiles[:, 4] == 0) | (m * n <= KNOWN), m * n, 0)
         crossed = np.where(tiles[:, 4] > 0, most, 0)
-        values: Any = np.empty(capacity, self.layout.dtype)
+        values: AnyArray = np.empty(capacity, self.layout.dtype)
         ranks, done = np.empty(some, dtype=np.int64), np.empty(2, dtype=np.int64)
         operator = native.Struct(
             "ppiNNd", *self.addresses, self.d, self.nodes, self.beside, self.tolerance

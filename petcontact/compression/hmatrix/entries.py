@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import AnyArray, Array, Index
 
 
 class Entries(Protocol):
@@ -102,7 +102,7 @@ class Callback:
             raise self.error
 
 
-def _array(address: int, count: int, dtype: type = np.float64) -> Any:
+def _array(address: int, count: int, dtype: type = np.float64) -> AnyArray:
     number = ctypes.c_int64 if dtype is np.int64 else ctypes.c_double
     return (
         np.ctypeslib.as_array(ctypes.cast(address, ctypes.POINTER(number)), (count,))

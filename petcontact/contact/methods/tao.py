@@ -10,7 +10,6 @@ state solves the same problem as that of every other method.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from ...arrays import Array
 from ...errors import InputError, SolverError
 from ...given.tables.solver_options import Method
 from ...runtime.petsc import petsc
+from ...untyped import Vec
 from ..iteration import ContactMethod, Iteration, Recorder
 from ..law_protocol import ContactLaw
 from ..laws import Tresca
@@ -181,7 +181,7 @@ class _BoundSolver:
         ):
             item.destroy()
 
-    def _evaluate(self, solver: object, x: Any, gradient: Any) -> float:
+    def _evaluate(self, solver: object, x: Vec, gradient: Vec) -> float:
         self._hessian.mult(x, gradient)
         value = 0.5 * float(x.dot(gradient)) + float(self._b.dot(x))
         gradient.axpy(1.0, self._b)

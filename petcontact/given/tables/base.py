@@ -8,11 +8,20 @@ import re
 import stat
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, dataclass_transform, get_origin
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    TypeGuard,
+    dataclass_transform,
+    get_origin,
+)
 
 import numpy as np
 import pydantic
 import pydantic_core
+from pydantic.fields import FieldInfo
 
 from ...arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ...errors import InputError
@@ -59,14 +68,14 @@ NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08
 NOT_IN_TITLES = re.compile(r"\x00")
 
 
-def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., object]:
+def _expression(value: object) -> float | str | tuple[float, ...] | Callable[..., object]:
     """One check instead of a union, whose report would name every branch."""
     if isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION:
         if not value.startswith("<function "):  # as files have it, see `_in_file`
             parse_expression(value)
         return value
     if callable(value):
-        return value  # type: ignore[no-any-return]
+        return value
     if _is_number(value):
         return float(value)
     if isinstance(value, (list, tuple)) and value and all(map(_is_number, value)):
@@ -77,7 +86,7 @@ def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., o
     )
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     return (
         isinstance(value, (int, float))
         and not isinstance(value, bool)
@@ -228,7 +237,7 @@ def _hidden(name: str) -> bool:
     return name in _PYDANTICS or name.startswith("__")
 
 
-def _default(field: Any, everywhere: bool) -> object:
+def _default(field: FieldInfo, everywhere: bool) -> object:
     """Of a parameter that stands for a field of all spellings, or of some."""
     if field.is_required():
         return inspect.Parameter.empty if everywhere else ...

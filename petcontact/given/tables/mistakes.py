@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import pydantic
+from pydantic_core import ErrorDetails
 
 from ...runtime.hints import nearest, number_refused
 from .model_tree import instead, models_at
@@ -46,7 +47,7 @@ def _has_inner(key: str, keys: Sequence[str]) -> bool:
     return any(other.startswith((f"{key}[", f"{key}.")) for other in keys)
 
 
-def _mistake(mistake: Any, cls: type, data: object) -> str:
+def _mistake(mistake: ErrorDetails, cls: type, data: object) -> str:
     kind, loc, context = mistake["type"], list(mistake["loc"]), mistake.get("ctx", {})
     given = f", got {shown(mistake['input'])}"
     if kind == "control":
@@ -67,7 +68,7 @@ def _mistake(mistake: Any, cls: type, data: object) -> str:
         if isinstance(loc[-1], int):
             return f"{_key(loc[:-1], data)}: needs more than {loc[-1]} number{'s' * (loc[-1] != 1)}"
         return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
-    stated = MATCHED.get(context.get("pattern"), str(mistake["msg"]))
+    stated = MATCHED.get(str(context.get("pattern")), str(mistake["msg"]))
     message = str(context["error"]) if kind == "value_error" else _allowed(stated)
     key = _key(loc, data)
     # a model's own check names its values itself
@@ -76,7 +77,7 @@ def _mistake(mistake: Any, cls: type, data: object) -> str:
     return ": ".join(filter(None, [key, message]))
 
 
-def _meant(mistake: Any, message: str, table: str, cls: type) -> str:
+def _meant(mistake: ErrorDetails, message: str, table: str, cls: type) -> str:
     """What a value that is not allowed most often means."""
     given, loc = mistake["input"], list(mistake["loc"])
     if message == "must be a table":

@@ -9,12 +9,15 @@ import pydantic
 from ...runtime.hints import nearest
 from ...runtime.other_words import SYNONYMS
 
+Class = type[pydantic.BaseModel]
+Place = list[int | str]
+"""Keys and numbers that lead to a value of an input."""
 FEW = 3
 """Keys of a table that are all named, whatever else is known of a key that is not among them, and
 most tables in which a key says something."""
 
 
-def instead(cls: object, loc: list[Any], data: object) -> str:
+def instead(cls: Class, loc: Place, data: object) -> str:
     """A key that is meant, the tables in which this one stands, or the keys that there are."""
     models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
     keys = sorted({name for model in models for name in model.model_fields})
@@ -27,7 +30,7 @@ def instead(cls: object, loc: list[Any], data: object) -> str:
     return where or f"{valid}{said}"
 
 
-def models_at(cls: Any, loc: list[int | str]) -> list[Any]:
+def models_at(cls: Class, loc: Place) -> list[Class]:
     """The models that may stand at `loc`, over lists, unions and optional fields; tags choose among
     a union's."""
     models = [cls]
@@ -48,7 +51,7 @@ def models_at(cls: Any, loc: list[int | str]) -> list[Any]:
     return models
 
 
-def stands_in(cls: Any, key: str) -> str:
+def stands_in(cls: Class, key: str) -> str:
     """In which tables of an input a key stands; nothing where it stands in none, or in many."""
     fields = (field for model in models_below(cls) for field in model.model_fields.items())
     tables = {
@@ -60,7 +63,7 @@ def stands_in(cls: Any, key: str) -> str:
     return f"; it is a key of {', '.join(tables)}" if 0 < len(tables) <= FEW else ""
 
 
-def of_another(cls: object, loc: list[int | str]) -> str:
+def of_another(cls: Class, loc: Place) -> str:
     """Which other shapes, conditions, ... have a key that the one at hand has not."""
     key, tag = loc[-1], loc[-2] if len(loc) > 1 else ""
     (model, *_) = models_at(cls, loc[:-1])
@@ -86,13 +89,13 @@ def where_given(data: Any, key: str, above: str = "") -> list[str]:
     return found
 
 
-def models_below(cls: Any) -> list[Any]:
+def models_below(cls: Class) -> list[Class]:
     """A model and all models of its fields."""
     inner = [m for field in cls.model_fields.values() for m in models_in(field.annotation)]
     return [cls, *(below for model in inner for below in models_below(model))]
 
 
-def models_in(annotation: object) -> list[Any]:
+def models_in(annotation: object) -> list[Class]:
     """The models that an annotation names, over lists and unions."""
     if isinstance(annotation, type) and issubclass(annotation, pydantic.BaseModel):
         return [annotation]

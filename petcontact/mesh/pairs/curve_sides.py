@@ -112,9 +112,13 @@ def curve_projection(
     )
 
 
-def near_projection(*given: Any) -> CurveProjection:
+def near_projection(
+    secondary: tuple[int, Outline, str],
+    primary: tuple[int, Outline, str],
+    direction: Array | None,
+) -> CurveProjection:
     """Return `curve_projection` of what is near only."""
-    return curve_projection(*given).near()
+    return curve_projection(secondary, primary, direction).near()
 
 
 def sides_of(outline: Outline, numbers: Index) -> Curves:

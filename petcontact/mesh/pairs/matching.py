@@ -4,7 +4,6 @@ boundaries."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from ...arrays import Mask
 from ...geometry.meridian import Meridian, TwistedMeridian
@@ -14,11 +13,18 @@ from ...given.interface_data import PosedInterface
 from ..boundary_mesh import BoundaryMesh
 from ..curve_mesh import CurveMesh
 from .box_faces import face_projection, grid_lines, mesh_of_lines
-from .common_breakpoints import Imposed, joints_within, match
+from .common_breakpoints import Imposed, PartProjection, SideMesh, joints_within, match
 from .curve_sides import as_meshed, mesh_of_sides, near_projection, side_meshes
 from .periodic import translated_sides
 
-KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]] = {
+KINDS: dict[
+    type,
+    tuple[
+        Callable[..., list[SideMesh]],
+        Callable[..., BoundaryMesh],
+        Callable[..., PartProjection | None],
+    ],
+] = {
     Outline: (side_meshes, mesh_of_sides, near_projection),
     Meridian: (side_meshes, mesh_of_sides, near_projection),
     TwistedMeridian: (side_meshes, mesh_of_sides, near_projection),
@@ -71,9 +77,9 @@ def matched(
 
 
 def _kept(
-    boundaries: Sequence[Any],
+    boundaries: Sequence[Boundary],
     meshes: Sequence[BoundaryMesh],
-    joints: Sequence[Any],
+    joints: Sequence[list[SideMesh]],
     primaries: set[int],
     too_long: Callable[[BoundaryMesh], Mask],
 ) -> Imposed:
@@ -81,15 +87,20 @@ def _kept(
     imposed: Imposed = {}
     for b in primaries:
         if isinstance(mesh := meshes[b], CurveMesh) and (over := too_long(mesh)).any():
-            imposed |= joints_within(b, joints[b], side_meshes(boundaries[b], mesh), over)
+            imposed |= joints_within(
+                b, joints[b], side_meshes(as_outline(boundaries[b], "curves"), mesh), over
+            )
     return imposed
 
 
 def _projections(
-    boundaries: Sequence[Boundary], joints: Sequence[object], pairs: Sequence[PosedInterface]
-) -> list[Any]:
+    boundaries: Sequence[Boundary],
+    joints: Sequence[list[SideMesh]],
+    pairs: Sequence[PosedInterface],
+) -> list[PartProjection]:
     """Return the projections of the pairs both of whose sides can be cut again."""
-    kinds, projections = [KINDS.get(type(boundary)) for boundary in boundaries], []
+    kinds = [KINDS.get(type(boundary)) for boundary in boundaries]
+    projections = list[PartProjection | None]()
     for pair in pairs:
         (a, part), (b, partner) = pair.ends
         kind = kinds[a]

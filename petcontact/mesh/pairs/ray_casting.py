@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -96,7 +96,7 @@ class Faces(ABC):
 
     @abstractmethod
     def segments(
-        self, other: Any, order: Index, opposite: Index, direction: Array | None
+        self, other: Self, order: Index, opposite: Index, direction: Array | None
     ) -> FacingSegments:
         """Return where these faces, of orders (n,), face those of another part, of orders
         `opposite`.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
@@ -22,6 +21,7 @@ from ...runtime.hints import demand_name
 from ...untyped import Axes, Figure
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
+from ..numbers.number import Number
 from ..numbers.peaks import QUANTITIES, stress_peaks, unbounded_places
 from ..strength.place import Place
 from ..verdict.text import KEPT, place_of
@@ -288,7 +288,7 @@ def largest_known(
     ]
 
 
-def _peaks(solution: SolutionData) -> Sequence[Any]:
+def _peaks(solution: SolutionData) -> Sequence[Number]:
     """The largest stresses at the end: the verdict's are those of all steps."""
     last = solution.last
     return (

@@ -4,14 +4,13 @@ and contact tractions as arrows."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import MOTIONS
-from ...given.conditions import Displacement, Symmetry, Traction
+from ...given.conditions import Condition, Displacement, Symmetry, Traction
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...record import record
 from ...runtime.figure_style import COLOURS, new_label
@@ -222,7 +221,7 @@ class _Side:
     x: Array
     normal: Array
     traction: Array
-    condition: Any
+    condition: Condition
 
 
 def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:

@@ -4,12 +4,13 @@ numbers."""
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import h5py
 import numpy as np
 
+from ...arrays import Array, Index
 from ...errors import InputError, ResultError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.storage import demand, demand_range
@@ -59,7 +60,7 @@ def check_group(group: Group, source: str) -> None:
                 _check_array(item, source)
 
 
-def _check_array(data: Any, source: str) -> None:
+def _check_array(data: h5py.Dataset, source: str) -> None:
     if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
         raise ResultError(
             f"{source}: {data.name} has its data elsewhere, results hold theirs themselves"
@@ -82,7 +83,7 @@ def _check_array(data: Any, source: str) -> None:
         raise ResultError(f"{error}") from None
 
 
-def _fits(dtype: Any, name: str) -> bool:
+def _fits(dtype: np.dtype[Any], name: str) -> bool:
     """Whether a dataset of a name has values of the type that it may have."""
     if name == "findings":
         return all(dtype[column].kind in "fO" for column in dtype.names or ())
@@ -91,7 +92,7 @@ def _fits(dtype: Any, name: str) -> bool:
     return dtype.kind in "fiu" and dtype.itemsize <= 8 and name != "part_names"
 
 
-def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> None:
+def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Array], source: str) -> None:
     """Refuse fields that are not one vector a node of the mesh."""
     for name, values in fields.items():
         wanted = mesh.n_nodes, mesh.components
@@ -101,7 +102,7 @@ def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> 
         )
 
 
-def check_history(columns: Mapping[str, Any], source: str) -> None:
+def check_history(columns: Mapping[str, Sequence[object]], source: str) -> None:
     """Refuse a history whose columns differ in length."""
     lengths = {len(values) for name, values in columns.items() if name != "exchanged"}
     demand(
@@ -120,7 +121,7 @@ def read_table(text: Any, name: str, *, numbers: bool = False) -> Keyed:
     return dict(table)
 
 
-def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: str) -> None:
+def check_pair(mesh: BoundaryMesh, nodes: Index, arrays: Keyed, name: str) -> None:
     """Refuse the nodal fields of a contact pair that do not fit each other or the mesh of its
     secondary, and states that are none."""
     m, d = len(nodes), mesh.components
@@ -141,7 +142,7 @@ def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: 
         )
 
 
-def check_steps(steps: Any, last: int, source: str) -> None:
+def check_steps(steps: Group, last: int, source: str) -> None:
     """Refuse increments that are one another, or of steps that the problem does not have.
 
     Parameters

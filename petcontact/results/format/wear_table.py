@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
+from ...arrays import Index
 from ...mesh.storage import demand
 from ...untyped import Group
 from ..records import WearHistory
@@ -24,7 +24,7 @@ def write_wear(group: Group, wear: WearHistory) -> None:
         folder["largest_depth"] = depth.max(axis=1, initial=0.0)
 
 
-def read_wear(group: Group, nodes: Mapping[str, Any], source: str) -> WearHistory | None:
+def read_wear(group: Group, nodes: Mapping[str, Index], source: str) -> WearHistory | None:
     """What was written; None where there are no cycles.
 
     Raises

@@ -6,7 +6,6 @@ import functools
 import itertools
 import operator
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -54,7 +53,9 @@ def pair_lines(tell: Teller) -> list[str]:
     return [*lines, *[f"  ... {left} more steps: petcontact show FILE --json"] * bool(left)]
 
 
-def _several(tell: Teller, sides: Sequence[Any], steps: Sequence[StepResult]) -> list[str]:
+def _several(
+    tell: Teller, sides: Sequence[PosedInterface], steps: Sequence[StepResult]
+) -> list[str]:
     """Of a contact of several parts its law, and a table of what each pair carries."""
     contact = sides[0].group
     lines = wrapped(f"  {printable(contact)}: ", [f"{len(sides)} pairs", *law_words(sides[0])])

@@ -208,7 +208,7 @@ def fields_of_bodies(
 
 
 @functools.singledispatch
-def _grid(mesh: Any, resolution: Any, window: Any) -> Grid:
+def _grid(mesh: Any, resolution: Any, window: Window | None) -> Grid:
     return triangulate(mesh, resolution, window)
 
 

@@ -11,9 +11,8 @@ import hashlib
 import inspect
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from ... import __version__
 from ...errors import InputError
@@ -85,7 +84,9 @@ class Identity:
 
 
 def identify(
-    sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[str, object] = {}
+    sweep: Sweep,
+    options: Mapping[str, str] = {},
+    functions: Mapping[str, Callable[..., object]] = {},
 ) -> Identity:
     """The digests as things are now.
 
@@ -160,7 +161,7 @@ def file_digest(path: Path) -> str:
         return ""
 
 
-def _source(function: Any) -> str:
+def _source(function: Callable[..., object]) -> str:
     try:
         return inspect.getsource(function)
     except (OSError, TypeError):

@@ -4,7 +4,6 @@ alone."""
 from __future__ import annotations
 
 from dataclasses import astuple
-from typing import Any
 
 import numpy as np
 
@@ -63,7 +62,7 @@ def estimate(case: Problem, ranks: int) -> Cost:
 
 
 def _of_body(case: Problem, number: int) -> Cost:
-    body: Any = case.body[number]
+    body = case.body[number]
     contact = {condition.part for condition in body.boundary if condition.condition == "contact"}
     contact |= {part for side in case.interfaces for _, part in side.ends}
     mesh = mesh_of(case.posed.bodies[number], case.outline(number))

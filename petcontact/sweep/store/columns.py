@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Index, Mask
+
 Column = NDArray[Any]
 Columns = dict[str, Column]
 BLOCK = 1000
@@ -80,7 +82,7 @@ def size_of(columns: Columns) -> int:
     return len(next(iter(columns.values()))) if columns else 0
 
 
-def taken(columns: Columns, rows: Any) -> Columns:
+def taken(columns: Columns, rows: Index | Mask) -> Columns:
     """Some rows, by their numbers or by a mask."""
     return {name: values[rows] for name, values in columns.items()}
 
