@@ -9,9 +9,12 @@ petcontact.schema.json) and begin each of them with the line
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING
 
 from .options import option, options
+
+if TYPE_CHECKING:
+    from ..given.tables.base import Model
 
 add_arguments = options(
     option(
@@ -46,5 +49,7 @@ def schema_text(kind: str) -> str:
     from ..model.reference import json_schema
     from ..sweep.design.sweep_file import SweepFile
 
-    models: Any = {"body": Problem, "": OneBody} if kind == "problem" else {"": SweepFile}
+    models: dict[str, type[Model]] = (
+        {"body": Problem, "": OneBody} if kind == "problem" else {"": SweepFile}
+    )
     return json.dumps(json_schema(models), indent=1, ensure_ascii=False) + "\n"

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..errors import InputError, OutputError, in_file
 from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
@@ -25,6 +25,7 @@ from .options import option, options, positive, real
 if TYPE_CHECKING:
     from ..contact.state import ContactState
     from ..model.problem import Problem
+    from ..pipeline.adapt.budget import Reached
     from ..results.numbers.number import Number
     from ..results.solution import Solution
     from ..runtime.terminal import StatusLine
@@ -300,7 +301,7 @@ class Meshes:
         self.replaces = True
         return saved_text(self._last, self._output)
 
-    def __call__(self, mesh: Any) -> None:
+    def __call__(self, mesh: Reached) -> None:
         self._last = mesh.solution
         error = (
             f"error {mesh.estimate:.1e} estimated"

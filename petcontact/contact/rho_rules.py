@@ -17,7 +17,7 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 from ..errors import InputError
 from ..given.tables.solver_options import DEFAULT_RULE, RULES, Method
@@ -132,7 +132,7 @@ class ModifiedSafeguarded(Modified):
 
 def make_rule(options: Method) -> Rule:
     """Return a new rule with the parameters of a `[method]` table."""
-    kind: Any = globals()[RULES[options.rule or DEFAULT_RULE]]
+    kind: type[SelfAdaptive] = globals()[RULES[options.rule or DEFAULT_RULE]]
     parameters = ("tau", "max_changes", "change_test")
     taken = [name for name in parameters if name in kind.__dataclass_fields__]
     rule: Rule = kind(**{name: getattr(options, name) for name in taken})

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import LARGEST_COORDINATE, Array, Index
+from ..arrays import LARGEST_COORDINATE, AnyArray, Array, Index
 from ..errors import InputError
 from ..record import record
 from ..round_off import SINGLE
@@ -303,7 +303,7 @@ def _check_stiffness(surface: CondensedSurface) -> None:
         )
 
 
-def expect(surface: CondensedSurface, name: str, *shapes: tuple[int, ...]) -> Any:
+def expect(surface: CondensedSurface, name: str, *shapes: tuple[int, ...]) -> AnyArray:
     """An array of one of some shapes.
 
     Raises

@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ..arrays import LARGEST_COORDINATE, Array, shown
+from ..arrays import LARGEST_COORDINATE, AnyArray, Array, shown
 from ..errors import InputError
 from ..round_off import CHAINED, WRITTEN
 from ..untyped import Mesh
@@ -92,7 +91,7 @@ def read_msh(file: str) -> object:
     return mesh
 
 
-def _demand_cells(file: str, kind: str, cells: Any, count: int) -> None:
+def _demand_cells(file: str, kind: str, cells: AnyArray, count: int) -> None:
     """Refuse cells with another number of nodes than their kind, and nodes that do not exist.
 
     For meshio a negative number counts from the end.

@@ -124,7 +124,7 @@ class Posed:
     cycle: Cycle | None
     method: Method
     bem: Bem
-    petsc: Mapping[str, Any]
+    petsc: Mapping[str, str | int | float | bool]
     outline_of: Callable[[int], Boundary]
 
     @functools.cached_property

@@ -9,7 +9,6 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Hashable, Sequence
-from typing import Any
 
 import numpy as np
 import scipy
@@ -183,7 +182,9 @@ def _sampled(mesh: BoundaryMesh, part: str, function: Function, data: Sequence[G
     return Cells.joined([*done, cells]).samples(mesh, elements, 2.0 * math.sqrt(square))
 
 
-def _first(count: int, places: Sequence[tuple[Index, Array]], rule: Callable[..., Any]) -> Cells:
+def _first(
+    count: int, places: Sequence[tuple[Index, Array]], rule: Callable[..., tuple[Array, ...]]
+) -> Cells:
     """Return the first cells of elements: about `ACROSS` across all of them, which end at places
     along each direction of an element."""
     across = max(1, math.ceil(ACROSS / count ** (1.0 / len(places))))
@@ -267,7 +268,7 @@ class Cells(Rows):
         return float(np.sum(self.weight * np.linalg.norm(self.values, axis=2)))
 
 
-def _halved(cells: Cells, rule: Callable[..., Any]) -> tuple[Cells, Array]:
+def _halved(cells: Cells, rule: Callable[..., tuple[Array, ...]]) -> tuple[Cells, Array]:
     """Return halves of cells (2k,) and the integral of what the cubics of each cell miss (k,).
 
     Each cell is halved along the direction with the largest one. Where a jump crosses a cell, its

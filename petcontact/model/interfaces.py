@@ -34,7 +34,7 @@ def posed_interfaces(problem: Bodies) -> tuple[PosedInterface, ...]:
     """
     interfaces = [*_conditions(problem), *_pairs(problem)]
     names = list(dict.fromkeys(side.group for side in interfaces if not side.periodic))
-    changes = dict[str, list[Any]]()
+    changes = dict[str, list[tuple[int, str, object]]]()
     for s, step in enumerate(problem.step):
         for k, change in enumerate(step.contact):
             key = f"step[{s}].contact[{k}]"

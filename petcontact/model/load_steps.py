@@ -362,7 +362,9 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     for k, loads in enumerate(step.loads):
         place = f"{key}.loads[{k}]"
         check_material(place, _body_of(loads, place, bodies), loads)
-    named_changes: tuple[tuple[str, Sequence[Any], list[str], str], ...] = (
+    named_changes: tuple[
+        tuple[str, Sequence[ObstacleChange | ContactChange | PointForceChange], list[str], str], ...
+    ] = (
         ("obstacle", step.obstacle, obstacles, "obstacles are"),
         # whether they exist is asked where interfaces are made
         ("contact", step.contact, [named.name for named in step.contact], ""),

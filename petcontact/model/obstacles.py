@@ -53,13 +53,16 @@ def _components(allowed: str, *words: str) -> pydantic.BeforeValidator:
     This is one check in place of a union, whose report would name every branch.
     """
 
-    def one(value: Any) -> float | str:
+    def one(value: object) -> float | str:
         if isinstance(value, str) and value in words:
             return value
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not abs(value) < float("inf"):
-            raise InputError(f"must be {allowed} or an array of them, one a component")
-        return float(value)
+        if (
+            isinstance(value, (int, float))
+            and not isinstance(value, bool)
+            and abs(value) < float("inf")
+        ):
+            return float(value)
+        raise InputError(f"must be {allowed} or an array of them, one a component")
 
     return pydantic.BeforeValidator(
         lambda value: tuple(map(one, value)) if isinstance(value, (list, tuple)) else one(value)

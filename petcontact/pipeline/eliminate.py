@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -92,12 +91,11 @@ def eliminated(
     complete = [body for body in bodies if body is not None]
     x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
     centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.posed.obstacles]
-    join: Any = None
-    if any(body.is_solved_jointly for body in complete):
-        from ..compliance.hierarchical.body import joined
+    if not any(body.is_solved_jointly for body in complete):
+        return BodiesSystem(complete, discrete.interfaces, x, centres, comm, cases)
+    from ..compliance.hierarchical.body import joined
 
-        join = joined
-    return BodiesSystem(complete, discrete.interfaces, x, centres, comm, cases, join)
+    return BodiesSystem(complete, discrete.interfaces, x, centres, comm, cases, joined)
 
 
 def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Callable[[float], None]:

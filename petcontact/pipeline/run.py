@@ -8,7 +8,6 @@ import time
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -281,7 +280,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
     return replace(solution, provenance=provenance, findings=tuple(findings))
 
 
-def petsc_options_of(table: Mapping[str, Any]) -> str:
+def petsc_options_of(table: Mapping[str, str | int | float | bool]) -> str:
     """All PETSc options in force, with those of a config's table."""
     with options(dict(table)):
         return " ".join(f"-{key} {value}".strip() for key, value in sorted(given_options().items()))

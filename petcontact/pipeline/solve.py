@@ -9,7 +9,6 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from ..contact.law_protocol import GivenLaw
 from ..contact.methods.registry import GivenMethod
@@ -39,7 +38,7 @@ def solve(
     method: GivenMethod | None = None,
     rule: Rule | None = None,
     law: GivenLaw | None = None,
-    petsc_options: Mapping[str, Any] | None = None,
+    petsc_options: Mapping[str, str | int | float | bool] | None = None,
     comm: Comm = None,
     monitor: Monitor | None = None,
     announce: Announce | None = None,
@@ -176,7 +175,7 @@ def adapts_itself(problem: Problem) -> bool:
 def posed(
     problem: Problem | str | Path,
     method: GivenMethod | None,
-    petsc_options: Mapping[str, Any] | None,
+    petsc_options: Mapping[str, str | int | float | bool] | None,
 ) -> tuple[Problem, GivenMethod | None]:
     """The problem with a method and options over its own, and the method where that is no table."""
     if isinstance(problem, str | Path):

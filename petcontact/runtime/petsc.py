@@ -328,7 +328,7 @@ def stage(name: str) -> Iterator[None]:
             _clocks[-1][name] = _clocks[-1].get(name, 0.0) + time.perf_counter() - began
 
 
-def is_petsc_error(error: Any) -> bool:
+def is_petsc_error(error: object) -> bool:
     """Whether PETSc raised an exception, asked without loading PETSc."""
     return type(error).__module__.startswith("petsc4py")
 

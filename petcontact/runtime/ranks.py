@@ -146,7 +146,7 @@ def begin_together(comm: Comm, call: Call) -> None:
         begin(ranks, call)
 
 
-def communicator(comm: Comm) -> Any:
+def communicator(comm: Comm) -> Comm | None:
     """Return the communicator of mpi4py, of PETSc or of all ranks as one of mpi4py; None where no
     launcher has started this process, or PETSc's has one rank, which needs no mpi4py.
 
@@ -225,7 +225,7 @@ def mpi(comm: Comm) -> Any:
 
 
 @functools.cache
-def _meeting_kind() -> Any:
+def _meeting_kind() -> type:
     base = _mpi4py().Intracomm
 
     def meeting(name: str) -> object:

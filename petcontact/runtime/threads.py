@@ -7,7 +7,10 @@ import functools
 import os
 import sys
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import threadpoolctl
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 SOON_ASLEEP = ("OPENBLAS_THREAD_TIMEOUT", "4")
@@ -42,7 +45,7 @@ def threads_per_rank() -> int:
 
 
 @functools.cache
-def _controller() -> Any:
+def _controller() -> threadpoolctl.ThreadpoolController:
     import threadpoolctl
 
     return threadpoolctl.ThreadpoolController()

@@ -135,7 +135,7 @@ class FittedLoads:
         return self.known[datum, pieces, number]
 
 
-def _check_seen(datum: Given, mesh: BoundaryMesh, box: Any, largest: float) -> None:
+def _check_seen(datum: Given, mesh: BoundaryMesh, box: BodyBox | RingBox, largest: float) -> None:
     """Refuse a load in a volume that is narrower than the points apart which it is fitted at.
 
     It is looked at along lines through the box. Its width is the length of the longest pieces on
@@ -166,7 +166,9 @@ def _check_seen(datum: Given, mesh: BoundaryMesh, box: Any, largest: float) -> N
             )
 
 
-def _on_line(datum: Given, d: int, box: Any, axis: int, share: float) -> tuple[Array, Array, Array]:
+def _on_line(
+    datum: Given, d: int, box: BodyBox | RingBox, axis: int, share: float
+) -> tuple[Array, Array, Array]:
     """Return fractions of a line through the box, the points there, and the size of a load."""
 
     def way(fractions: Array) -> Sites:

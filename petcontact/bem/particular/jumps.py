@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy
@@ -242,7 +241,7 @@ class JumpingSolution:
         expected: Sequence[Values],
     ) -> JumpingSolution:
         """Return the solution in the body of a mesh."""
-        kind: Any = RingMesh if isinstance(mesh, RingMesh) else CurveMesh
+        kind: type[CurveMesh] = RingMesh if isinstance(mesh, RingMesh) else CurveMesh
         borders = list[BoundaryMesh | None]()
         for number in range(pieces.count):
             start, end, curvature = pieces.border(number)

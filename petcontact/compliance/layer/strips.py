@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import abc
 import functools
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,21 +18,8 @@ LONG_SIZE = 3000
 """Largest number of nodes of unequal elements for which T is dense."""
 
 
-class Inverses:
-    """Stored inverses: T⁻¹, and the last two of (I + ρT)⁻¹ or of blocks of T.
-
-    Two are stored because two directions may have two ρ.
-    """
-
-    def __init__(self, make: Callable[[Any], object]) -> None:
-        self._make, self._made = make, dict[float | bytes | None, object]()
-
-    def __call__(self, rho: float | bytes | None) -> Any:
-        if rho not in self._made:
-            stale = [key for key in self._made if key is not None][:-1]
-            self._made = {key: made for key, made in self._made.items() if key not in stale}
-            self._made[rho] = self._make(rho)
-        return self._made[rho]
+_kept = functools.lru_cache(maxsize=3)
+"""Keeps the last three inverses: T⁻¹, and (I + ρT)⁻¹ of two directions, which may have two ρ."""
 
 
 class DenseStrip:
@@ -47,7 +33,7 @@ class DenseStrip:
         self._root = np.sqrt(weight)
         scaled = layer_matrix(strip) * (self._root[:, None] / self._root)
         self._scaled = 0.5 * (scaled + scaled.T)
-        self._cholesky = Inverses(self._factored)
+        self._cholesky = _kept(self._factored)
         self._stick = StickCholesky(self._scaled, self._root)
 
     def _factored(self, rho: float | None) -> Any:
@@ -141,7 +127,7 @@ class FourierStrip(ProductStrip):
         ratio = weight[: self._nodes] / weight[: self._nodes, None]
         symbol = 0.5 * (symbol + np.conj(symbol.transpose(0, 2, 1)) * ratio)
         self._symbol = np.ascontiguousarray(symbol.transpose(1, 2, 0))
-        self._inverse = Inverses(self._inverted)
+        self._inverse = _kept(self._inverted)
         self._stick: StickCholesky | None = None
 
     def apply(self, x: Array) -> Array:
@@ -201,7 +187,7 @@ class HodlrStrip(ProductStrip):
         super().__init__(len(points))
         self._strip, self._points = strip, points
         self._matrix = self._compress(None)
-        self._factorisation = Inverses(
+        self._factorisation = _kept(
             lambda rho: factor(self._matrix if rho is None else self._compress(rho))
         )
 
@@ -255,9 +241,9 @@ class StickCholesky:
 
     def __init__(self, scaled: Array, root: Array) -> None:
         self._scaled, self._root = scaled, root
-        self._factors = Inverses(self._factored)
+        self._factors = _kept(self._factored)
 
-    def _factored(self, stick: bytes) -> tuple[Index, object]:
+    def _factored(self, stick: bytes) -> tuple[Index, tuple[Array, bool]]:
         nodes = np.flatnonzero(np.frombuffer(stick, dtype=bool))
         block = self._scaled[nodes[:, None], nodes]
         return nodes, scipy.linalg.cho_factor(

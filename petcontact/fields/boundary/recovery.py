@@ -12,9 +12,10 @@ linear fields are exact, also on curved elements (see `linear`).
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 from ...arrays import Array, Index
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh
 from .curve_slopes import CurveSlopes
 from .panel_slopes import PanelSlopes
@@ -22,7 +23,7 @@ from .panel_slopes import PanelSlopes
 
 @functools.singledispatch
 def slopes_of(
-    mesh: Any, values: Array, x: Array, linear: Array, label: Index
+    mesh: BoundaryMesh, values: Array, x: Array, linear: Array, label: Index
 ) -> CurveSlopes | PanelSlopes:
     """Return the recovered slopes of nodal values (n, k) at positions (n, d).
 
@@ -30,7 +31,7 @@ def slopes_of(
     (n_elements,) are neighbours. Its method `at` returns the gradients (q, k, d) at places of
     elements [1/length], see `surface_gradient`.
     """
-    return CurveSlopes(mesh, values, x, linear, label)
+    return CurveSlopes(as_curve(mesh), values, x, linear, label)
 
 
 slopes_of.register(SurfaceMesh, PanelSlopes)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -44,7 +43,7 @@ from .nodal_laws import Laws, laws_between, wear_between, with_law
 
 POSED = ("body", "contact", "obstacle", "step")
 """Fields of a problem that determine the discrete one. The other fields are the method's."""
-MeshMaker = Callable[[int, Body, Any], BoundaryMesh]
+MeshMaker = Callable[[int, Body, Boundary], BoundaryMesh]
 """Function that returns the mesh of a body. Its arguments are the body's number, the body with a
 condition on each part, and its boundary. Primaries are matched afterwards."""
 
@@ -248,7 +247,7 @@ def _law_and_data(
     boundaries: list[Boundary],
     meshes: list[BoundaryMesh],
     interfaces: list[Interface],
-    given: object,
+    given: GivenLaw | None,
 ) -> tuple[list[Interface], Laws, list[BoundaryData]]:
     """Return the interfaces with their contact directions, the laws, and the data of all bodies.
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Mask
 from ...compliance.interface import Interface, slices
-from ...contact.law_protocol import ContactLaw
+from ...contact.law_protocol import ContactLaw, GivenLaw
 from ...contact.laws import STEEP, SignoriniCoulomb, Tresca
 from ...contact.methods.registry import ContactNodes, law_of
 from ...errors import InputError
@@ -20,7 +19,7 @@ from ...record import record, replace
 
 
 def with_law(
-    given: Any,
+    given: GivenLaw | None,
     sides: Sequence[PosedInterface],
     interfaces: list[Interface],
     meshes: list[BoundaryMesh],

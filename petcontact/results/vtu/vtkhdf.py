@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -18,7 +17,7 @@ import numpy as np
 from ...arrays import Array
 from ...fields.stress_state import Field
 from ...runtime.atomic_write import temporary_name
-from ...untyped import Group
+from ...untyped import Group, Mesh
 from ..data import SolutionData
 from ..records import StepResult
 from .boundary import boundary_cells
@@ -84,7 +83,7 @@ Fields = dict[str, Array]
 
 def _increment(
     solution: SolutionData, step: StepResult, inside: Mapping[str, Iterator[Field]]
-) -> tuple[Any, dict[str, Fields]]:
+) -> tuple[list[Mesh], dict[str, Fields]]:
     """Points with cells by kind of all pieces, and PointData and CellData after an increment."""
     meshes = []
     for number, name in enumerate(solution.meshes):
@@ -117,7 +116,7 @@ def _increment(
     return meshes, {"PointData": points, "CellData": cells}
 
 
-def _write_geometry(root: Group, meshes: list[Any]) -> None:
+def _write_geometry(root: Group, meshes: list[Mesh]) -> None:
     """Points and cells of all pieces, one after another."""
     first = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
     blocks = [
