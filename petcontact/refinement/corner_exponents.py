@@ -254,10 +254,14 @@ def fields(power: Complex | complex, theta: float | Array, kappa: float) -> Comp
 
 def _conditions(power: Complex, theta: float, kappa: float, kind: SideKind) -> Complex:
     """Return the two rows (n, 2, 4) of a side for exponents (n,)."""
-    rows = fields(power, theta, kappa)
+    return known_on(fields(power, theta, kappa), kind)
+
+
+def known_on(rows: Complex, kind: SideKind) -> Complex:
+    """Return what is known on a side, (n, 2, k), of rows (n, 4 or 5, k) as of `fields`."""
     if kind in (CLAMPED, FREE):
         return rows[:, :2] if kind == CLAMPED else rows[:, 2:4]
-    u_r, u_theta, t_r, t_theta, _ = rows.transpose(1, 0, 2)
+    u_r, u_theta, t_r, t_theta, *_ = rows.transpose(1, 0, 2)
     if isinstance(kind, Slip):
         return np.stack([u_theta, t_r - kind.friction * t_theta], axis=1)
     along, across = math.cos(float(kind)), math.sin(float(kind))

@@ -91,8 +91,7 @@ class Expansion:
     @property
     def slowest(self) -> float:
         """The least exponent but 1 of a corner without modes, where stress changes with r^(λ-1)."""
-        others = (each.real for each in self.regular if abs(each - 1.0) > NEAR)
-        return min(others, default=math.inf)
+        return min((each.real for each in self.regular if abs(each - 1.0) > NEAR), default=math.inf)
 
     @property
     def components(self) -> int:

@@ -27,6 +27,8 @@ from ..refinement.contact_edges import SPECK, Edge, edges
 from ..round_off import HALF
 from .records import PairResult
 
+ENDS = np.array([0.0, 1.0])
+"""Places along each direction of an element at which it is looked whether p vanishes there."""
 MIDDLES = (np.arange(16) + 0.5) / 16
 """Places along each direction of an element at which is looked: an edge along a side of it is known
 to 1/32 of the element."""
@@ -117,6 +119,26 @@ def areas(
         # where p would pull beyond an edge of a panel its share has left that out
         result.append((float(area @ (share * np.where(at_edge, 1.0, pressed))), off))
     return result
+
+
+def in_doubt(
+    mesh: BoundaryMesh, nodes: Index, pair: PairResult, inside: Mask, change: Array
+) -> float:
+    """Return the area that may be open though all nodes of its elements are inside: p is less at an
+    end of an element than its change (m,). As in `areas`, each holds it between two nodes [area].
+    """
+    element, row = np.unique(mesh.element[nodes], return_inverse=True)
+    p, off, whole = (
+        np.zeros(mesh.n_nodes),
+        np.zeros(len(element)),
+        np.ones(len(element), dtype=bool),
+    )
+    p[nodes] = pair.pressure
+    least = between_nodes(mesh, element, ENDS, p)[2].reshape(len(element), -1).min(axis=1)
+    np.maximum.at(off, row, change)
+    np.logical_and.at(whole, row, inside)
+    doubted = whole & (least < off)
+    return float((np.bincount(row, pair.weight) / np.bincount(row))[doubted].sum())
 
 
 def hidden_slip(

@@ -21,11 +21,12 @@ from ...fields.boundary.places import located, sizes
 from ...linalg.nearest import within
 from ...refinement.levels import LEAST_GAIN, MOST_GAIN
 from ...round_off import CHAINED, EPS
-from ..contact_zones import between_nodes
+from ..contact_zones import in_doubt
 from ..evaluated import Evaluated, displacement_scale
 from ..records import PairResult
 from ..strength.singular_places import singular_places
 from ..strength.strengths import beside
+from .balance import balanced
 from .number import DISPLACEMENT, ENERGY, Key, Number
 from .peaks import stress_name
 from .printed import end_of, numbers_of, resultant
@@ -38,13 +39,11 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
-STATES: dict[str, Callable[[PairResult], Array]] = {
-    "contact area": lambda pair: pair.state != OPEN,
-    "slipping": lambda pair: pair.state == SLIP,
+STATES: dict[str, Callable[[PairResult], Mask]] = {
+    "contact area": lambda pair: np.asarray(pair.state != OPEN),
+    "slipping": lambda pair: np.asarray(pair.state == SLIP),
 }
 """Of a pair, at its nodes: whether they are in the area of that name."""
-ENDS = np.array([0.0, 1.0])
-"""Places along each direction of an element at which it is looked whether p vanishes there."""
 
 
 def with_errors(solution: Evaluated) -> list[Number]:
@@ -155,7 +154,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         # the fit of a K is off besides what the mesh is off
         error = np.maximum(error, alone) if np.isnan(number.exponent) else np.hypot(error, alone)
         result.append(number.known_to(float(error)))
-    return _balanced(result, supports=solution.problem.kind == "bilateral")
+    return balanced(result, supports=solution.problem.kind == "bilateral")
 
 
 def _by_key(other: Evaluated) -> dict[Key, Number]:
@@ -217,28 +216,6 @@ def _of_slip(solution: Evaluated, number: Number) -> float:
     return float(np.fmax(0.0, min(solution.accuracy.error, 1.0) * most))
 
 
-def _balanced(numbers: Sequence[Number], *, supports: bool) -> list[Number]:
-    """Return numbers whose forces, and moments, share their errors at the end of a step.
-
-    They balance one another: where one is off another one is, though two meshes may agree on it by
-    chance. It is off by as much, or by the same share of all that acts. What supports are held by
-    counts for others only if `supports` is true: where contact finds the pressure, forces of pairs
-    balance given ones to round-off on any mesh.
-    """
-    acting = dict[tuple[str, int, int], list[Number]]()
-    for number in numbers:
-        counts = supports or " on " not in number.name or number.name.endswith("on the primary")
-        if number.is_resultant and counts and not np.isnan(number.error):
-            acting.setdefault((number.unit, *number.key[2:]), []).append(number)
-    result = []
-    for number in numbers:
-        others = acting.get((number.unit, *number.key[2:]), []) if number.is_resultant else []
-        errors = [each.error * min(1.0, number.scale / each.scale) for each in others]
-        own = [number.error] if errors and not np.isnan(number.error) else []
-        result.append(number.known_to(max(errors + own)) if errors else number)
-    return result
-
-
 def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:
     """The solutions on the two meshes before, and their errors over that of this one, the gain: it
     is off by 1/(gain - 1) times what it differs by from each.
@@ -287,25 +264,14 @@ def _change(
 
 
 def _in_doubt(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
-    """Return the area that may be open, though all nodes there are closed: p is less somewhere in
-    their elements than its change. As in `areas`, each element holds it between two nodes."""
-    if not any(
-        side.name == number.of and side.law.normal == "unilateral"
-        for side in solution.posed.interfaces
-    ):
+    """Return the area of a pair that may be open, though its nodes are closed."""
+    opens = (side.name for side in solution.posed.interfaces if side.law.normal == "unilateral")
+    if number.of not in opens:
         return 0.0
     pair, before = (end_of(each, number).pairs[number.of] for each in (solution, coarser))
     mesh, nodes = solution.meshes[solution.sides[number.of][0]], solution.nodes[number.of]
-    p, row = np.zeros(mesh.n_nodes), np.unique(mesh.element[nodes], return_inverse=True)[1]
-    p[nodes] = pair.pressure
     change = np.abs(_carried(coarser, number.of, before.pressure, mesh.x[nodes]) - pair.pressure)
-    element = np.unique(mesh.element[nodes])
-    values = between_nodes(mesh, element, ENDS, p)[2].reshape(len(element), -1)
-    off, shut = np.zeros(len(element)), np.ones(len(element), dtype=bool)
-    np.maximum.at(off, row, np.nan_to_num(change))
-    np.logical_and.at(shut, row, STATES[number.name](pair))
-    doubted = shut & (values.min(axis=1) < off)
-    return float((np.bincount(row, pair.weight) / np.bincount(row))[doubted].sum())
+    return in_doubt(mesh, nodes, pair, STATES[number.name](pair), np.nan_to_num(change))
 
 
 def _displacement_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:

@@ -20,8 +20,8 @@ from ...round_off import EPS, SINGLE, SOLVED, first_largest
 from ..contact_zones import areas, between_nodes, hidden_slip
 from ..evaluated import NOWHERE, Evaluated
 from ..records import PairResult, StepResult
-from ..strength.singular_places import growth, singular_places
-from ..strength.strengths import beside, fits
+from ..strength.singular_places import singular_places
+from ..strength.strengths import beside, fits, growth
 from .number import DISPLACEMENT, ENERGY, Number
 from .peaks import stress_peaks
 

@@ -19,8 +19,8 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
 from ..evaluated import Evaluated
 from ..strength.corners import corners_of
-from ..strength.singular_places import growth, singular_places
-from ..strength.strengths import AROUND, RING, TOP
+from ..strength.singular_places import singular_places
+from ..strength.strengths import AROUND, RING, TOP, growth
 from .number import Key, Number
 from .peaks import stress_name
 from .printed import end_of
@@ -153,9 +153,8 @@ def _places(
     it, and the reach."""
     mesh = solution.meshes[number.of]
     if not number.part:
-        apart = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
-        ways = np.eye(mesh.dim)
-        x = np.asarray(place + apart * np.vstack([0.0 * ways[:1], ways, -ways]))
+        ways = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min()) * np.eye(mesh.dim)
+        x = np.asarray(place + np.vstack([0.0 * ways[:1], ways, -ways]))
         return x, np.full(len(x), ""), np.zeros(len(x)), len(x), np.zeros(len(x))
     end = end_of(solution, number)
     element, state = solution.boundary_state(number.of, end)
@@ -169,8 +168,8 @@ def _places(
     rows = np.append(beside, np.arange(len(stress)))
     x, spread = np.vstack([place, state.x[rows]]), _spread(element, stress)[rows]
     parts, spread = np.append(number.part, parts[rows]), np.append(spread[0], spread)
-    own = 1 + len(beside)
-    return x, parts, spread, own, np.append(np.zeros(own), reach)
+    reach = np.append(np.zeros(1 + len(beside)), reach)
+    return x, parts, spread, 1 + len(beside), reach
 
 
 def _spread(element: Index, values: Array) -> Array:

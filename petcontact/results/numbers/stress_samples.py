@@ -15,12 +15,13 @@ from ...round_off import SUMMED, first_largest
 from ..evaluated import Evaluated
 from ..records import StepResult
 from ..strength.place import Place
-from ..strength.singular_places import growth, singular_places
+from ..strength.singular_places import singular_places
 from ..strength.strengths import (
     ADDS,
     AROUND,
     RING,
     Fit,
+    growth,
     known,
     level,
     told_at,

@@ -46,6 +46,7 @@ from .touching import (
     core_of,
     facing_nodes,
     firmness,
+    growing,
     kind_of,
     mismatch,
     nodes_beside,
@@ -57,21 +58,11 @@ from .touching import (
 
 def singular_places(solution: Evaluated, step: StepResult) -> dict[str, list[Place]]:
     """Return the places of each body after an increment."""
-    return _found(solution, step)[0]
+    return all_places(solution, step)[0]
 
 
-def growth(solution: Evaluated, step: StepResult, body: str, x: Array) -> Array:
-    """Return how much more stresses at points (n, d) may be at places where stress grows so slowly
-    that it is told as a value, and over the change by the last elements there, (2, n) [-]."""
-    more, mesh = np.zeros((2, len(x))), solution.meshes[body]
-    for each in _found(solution, step)[1][body]:
-        near = each.leaves_out(x)
-        more = np.maximum(more, np.outer([each.growth(mesh), each.halvings(mesh)], near))
-    return more
-
-
-def _found(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place]], ...]:
-    """`_places`, looked for once."""
+def all_places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place]], ...]:
+    """The places of each body, and those where stress is told as a value, looked for once."""
     return solution.at_end("singular", step, lambda: _places(solution, step))
 
 
@@ -119,12 +110,6 @@ class _Body:
             stiffer = moduli[partner] / moduli[name] if partner in moduli else math.inf
             body = partner if partner in moduli else ""
             self._partners.append(partner_of(posed.law, pair, body, faced, stiffer))
-
-    @functools.cached_property
-    def _data(self) -> tuple[Array, Array]:
-        """2µ times the displacement, and the traction (n, c) [stress]."""
-        found = self._step.bodies[self._name]
-        return 2.0 * self._body.material.shear_modulus * found.u, found.traction
 
     @functools.cached_property
     def _edges(self) -> list[tuple[Array, str]]:
@@ -220,31 +205,23 @@ class _Body:
 
     def at_corners(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
         """Yield its corners that have no bound, and what they press on smooth sides of others."""
-        mesh, corners = self._mesh, self._corners
+        corners = self._corners
         for number in range(len(corners.x)):
             angle, x = round(float(corners.angle[number]), 6), corners.x[number]
             if not angle > 0.0:  # elements of an altered file may lie on one another
                 continue
             first, does = self._sides(number)
             own, under = self._expansion(angle, x, does, bodies)
-            sides = corners.element[number]
             found = [own, *self._across(number, angle, first, does)]
-            expansions = tuple(each for each in found if each.modes)
-            differ = 0.0
-            if not expansions and min(each.least for each in found) == 1.0:
-                differ = mismatch(
-                    mesh, self._data, corners, number, (first, 1 - first), does, self.kappa
-                )
-            if not expansions and differ <= MISMATCH:
-                # from λ = 2 on stress changes no more by all halvings to come than by the last one
-                slow = min(each.slowest for each in found) < 2.0
-                expansions = tuple(found) * (slow or differ > SINGLE)
+            data = self._step.bodies[self._name], self._body.material
+            differ = mismatch(self._mesh, *data, corners, number, (first, 1 - first), does)
+            expansions = growing(found, differ)
             if expansions or differ > MISMATCH:
                 yield Place(
                     self._name,
                     corners.ends[number],
-                    tuple(sides.tolist()),
-                    " and ".join(dict.fromkeys(self._part_of(each) for each in sides)),
+                    tuple(corners.element[number].tolist()),
+                    " and ".join(dict.fromkeys(map(self._part_of, corners.element[number]))),
                     self._sizes[number],
                     corners.along[number, first],
                     corners.inward[number, first],

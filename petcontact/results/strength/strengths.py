@@ -19,7 +19,7 @@ from ...round_off import first_largest
 from ..evaluated import Evaluated
 from ..records import StepResult
 from .place import Place
-from .singular_places import singular_places
+from .singular_places import all_places, singular_places
 from .strength_fit import Sides
 
 NEARER, FARTHER = (0.0, 0.5), (0.1, 1.0)
@@ -192,6 +192,16 @@ class Beside:
 def _parts(mesh: BoundaryMesh, place: Place) -> set[str]:
     """The parts that meet at a place."""
     return {mesh.part_names[number] for number in mesh.part[list(place.elements)]}
+
+
+def growth(solution: Evaluated, step: StepResult, body: str, x: Array) -> Array:
+    """Return how much more stresses at points (n, d) may be at places where stress grows so slowly
+    that it is told as a value, and over the change by the last elements there, (2, n) [-]."""
+    more, mesh = np.zeros((2, len(x))), solution.meshes[body]
+    for each in all_places(solution, step)[1][body]:
+        near = each.leaves_out(x)
+        more = np.maximum(more, np.outer([each.growth(mesh), each.halvings(mesh)], near))
+    return more
 
 
 def known(solution: Evaluated, step: StepResult, place: Place) -> list[Fit]:

@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index
+from ...arrays import Array, Complex, Index
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN, SLIP
 from ...geometry.rotation import lifted
 from ...given.interface_data import Law
+from ...given.tables.material import Material
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
-from ...refinement.corner_exponents import CLAMPED, FREE, NEAR, SLIDING, SideKind, Slip
+from ...refinement.corner_exponents import CLAMPED, FREE, NEAR, SideKind, Slip, known_on, wedge
+from ...refinement.corner_modes import Expansion
 from ...round_off import SINGLE
-from ..records import PairResult
+from ..records import BodyResult, PairResult
 from .corners import Corners
 
 LINE = 3
 """Points of an edge that say which way it runs: the nearest one, and one on either side."""
 MOST = 0.5
 """Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
-UNIFORM = np.array([[[1.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]])
-UNIFORM, TURN = np.concatenate([UNIFORM, np.zeros((1, 2, 2))]), np.zeros((4, 2, 2))
-TURN[3] = [[0.0, -1.0], [1.0, 0.0]]
-"""Stresses in the plane, and 2µ times a rotation, without any."""
 MISMATCH = 0.23
 """Difference of two known shears at a right angle, over the mean of the body's tractions, from
 which on stress has no bound there. It adds as much as that traction at a thousandth of the size:
@@ -208,12 +206,12 @@ def _piece(foot: Array, radius: Array, number: int, way: Array) -> tuple[Array, 
 
 def mismatch(
     mesh: BoundaryMesh,
-    data: tuple[Array, Array],
+    found: BodyResult,
+    material: Material,
     corners: Corners,
     number: int,
     sides: tuple[int, int],
     does: tuple[Does, Does],
-    kappa: float,
 ) -> float:
     """How far what is known on the two sides of a corner is from that of any uniform stress, where
     stress grows like a logarithm for it, over the mean traction [-].
@@ -228,47 +226,46 @@ def mismatch(
     Parameters
     ----------
     mesh : BoundaryMesh
-    data : (2,) arrays (n, c)
-        2µ times the displacement, and the traction [stress].
+    found : BodyResult
+    material : Material
     corners, number
         Those of the body, and which of them.
     sides, does
         The sides, that at θ = 0 first, and what they do.
-    kappa : float
-        As of `wedge`.
     """
-    kinds = [kind_of(each) for each in does]
-    rubs = any(isinstance(each, Slip) and each.friction != 0.0 for each in kinds)
+    data = 2.0 * material.shear_modulus * found.u, found.traction
+    kinds, angle = [kind_of(each) for each in does], float(corners.angle[number])
     free = kinds == [FREE, FREE]
-    if rubs or any(kind_of(each) == CLAMPED and _on_body(each) for each in does):
+    if any(kind_of(each) == CLAMPED and _on_body(each) for each in does):
         return 0.0
-    if free and abs(corners.angle[number] - math.pi) > NEAR:
+    if free and abs(angle - math.pi) > NEAR:
         return 0.0
-    rows, shears = list[Array](), list[float]()
-    for side, kind, sign in zip(sides, kinds, (1.0, -1.0), strict=True):
-        axes = np.stack([corners.along[number, side], corners.inward[number, side]])
-        element = corners.element[number, side]
-        known = _beside_corner(mesh, data, corners.x[number], element, axes)
-        turn = float(corners.angle[number]) * (sign < 0.0)
-        own = np.array([[math.cos(turn), math.sin(turn)], [0.0, 0.0]])
-        own[1] = sign * np.array([-own[0, 1], own[0, 0]])
-        shears.append(known[1][0])
-        spherical = (3.0 - kappa) / 4.0 * np.trace(UNIFORM, axis1=1, axis2=2)
-        strain = UNIFORM + TURN - np.multiply.outer(spherical, np.eye(2))
-        given = strain @ own[0], UNIFORM @ -own[1]
-        angle = kind if isinstance(kind, float) else SLIDING * isinstance(kind, Slip)
-        way = np.array([math.cos(angle), sign * math.sin(angle)])
-        across = np.array([-math.sin(angle), sign * math.cos(angle)])
-        for each, k in ((way, int(kind == FREE)), (across, int(kind != CLAMPED))):
-            rows.append(np.append(given[k] @ (each @ own), each @ known[k]))
-    equations = np.array(rows)
-    left, size, _ = np.linalg.svd(equations[:, :4])
-    left, untold = left[:, size < NEAR], np.isnan(equations[:, 4])
+    both = [
+        known_on(_beside(mesh, data, corners, number, sides, turn)[None, :, None], kind)
+        for turn, kind in enumerate(kinds)
+    ]
+    given: Array = np.ravel(both).real
+    given[1::2] *= not free  # on a straight side stress has a bound where pressure jumps
+    left, size, _ = np.linalg.svd(
+        wedge(angle, 3.0 - 4.0 * material.plane_strain_ratio, *kinds)(np.ones(1, dtype=complex))[
+            0
+        ].real
+    )
+    left, untold = left[:, size < NEAR], np.isnan(given)
     if np.abs(left[untold]).max(initial=0.0) > NEAR:
         return 0.0
-    apart = float(np.linalg.norm(equations[~untold, 4] @ left[~untold])) * math.sqrt(2.0)
+    apart = float(np.linalg.norm(given[~untold] @ left[~untold])) * math.sqrt(2.0)
     mean = float(mesh.weight @ lengths(data[1]) / mesh.weight.sum())
-    return (abs(shears[0] + shears[1]) if free else apart) / (mean or 1.0)
+    return apart / (mean or 1.0)
+
+
+def growing(found: Sequence[Expansion], differ: float) -> tuple[Expansion, ...]:
+    """How stress grows towards a corner, by a `mismatch`: the expansions that have modes, or all
+    where stress is told as a value that is slow to settle."""
+    # from λ = 2 on stress changes no more by all halvings to come than by the last one
+    slow = differ > SINGLE or min(each.slowest for each in found) < 2.0
+    modes = tuple(each for each in found if each.modes)
+    return modes or tuple(found) * (slow and differ <= MISMATCH)
 
 
 def _on_body(does: Does) -> bool:
@@ -276,21 +273,27 @@ def _on_body(does: Does) -> bool:
     return isinstance(does, Touching) and bool(does.partner.body)
 
 
-def _beside_corner(
-    mesh: BoundaryMesh, data: tuple[Array, Array], x: Array, element: int, axes: Array
-) -> tuple[Array, Array]:
-    """The slope of 2µ u along an element beside a corner (d,), NaN unless u is linear, and the
-    traction next to it, along two axes, (2,) each [stress]."""
+def _beside(
+    mesh: BoundaryMesh,
+    data: tuple[Array, Array],
+    corners: Corners,
+    number: int,
+    sides: tuple[int, int],
+    turn: int,
+) -> Complex:
+    """The slopes of 2µ u_r and 2µ u_θ along an element beside a corner, NaN unless u is linear, and
+    σ_rθ and σ_θθ next to it, (4,) [stress]."""
+    x, element = corners.x[number], corners.element[number, sides[turn]]
     nodes = np.arange(mesh.first_node[element], mesh.first_node[element + 1])
     nearest = nodes[np.linalg.norm(mesh.x[nodes] - x, axis=1).argmin()]
-    (u, traction), away = data, mesh.x[nodes] - mesh.x[nodes].mean(axis=0)
-    lift = lifted(axes, mesh.components)
-    moved = (u[nodes] - u[nodes].mean(axis=0)) @ lift.T
+    along, sign = corners.along[number, sides[turn]], 1 - 2 * turn
+    axes = np.stack([along, sign * corners.inward[number, sides[turn]]])
+    axes = lifted(axes, mesh.components)
+    away = mesh.x[nodes] - mesh.x[nodes].mean(axis=0)
+    moved = (data[0][nodes] - data[0][nodes].mean(axis=0)) @ axes.T
     slopes = np.linalg.pinv(away) @ moved
-    bent = np.abs(moved - away @ slopes).max() > SINGLE * np.abs(u).max(initial=0.0)
-    slope = np.full(2, np.nan) if bent else axes[0] @ slopes
+    bent = np.abs(moved - away @ slopes).max() > SINGLE * np.abs(data[0]).max(initial=0.0)
     # of a curved side the normal there: pressure is no shear
-    normal = lifted(mesh.normal[nearest], mesh.components)
-    pressure = float(traction[nearest] @ normal)
-    shear = float((traction[nearest] - pressure * normal) @ lift[0])
-    return slope, np.array([shear, -pressure])
+    normal, pull = lifted(mesh.normal[nearest], mesh.components), data[1][nearest]
+    stress = -sign * float((pull - (pull @ normal) * normal) @ axes[0]), float(pull @ normal)
+    return np.append(np.full(2, np.nan) if bent else along @ slopes, stress).astype(complex)
