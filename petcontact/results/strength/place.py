@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...fields.boundary.places import sizes
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...refinement.corner_modes import Expansion
+from ...refinement.corner_modes import STRONG, Expansion
 
 SHARE = 0.1
 """Distance from a place without a bound at which the stress beside it is told, over the size of its
@@ -51,7 +51,8 @@ class Place:
     core : float
         Distance within which contact does something else than what the modes are of [length].
     logarithmic : bool
-        Whether stress grows like a logarithm of the distance, by what is known on its sides.
+        Whether stress grows like a logarithm of the distance, or nearly so, by what is known on
+        its sides.
     """
 
     body: str
@@ -79,9 +80,14 @@ class Place:
 
     def halvings(self, mesh: BoundaryMesh) -> float:
         """The change of stress there by all halvings of the elements at the place down to where it
-        is told as a value, over that by the last one: each changes it 2^(1-λ) times as much."""
+        is told as a value, over that by the last one: each changes it 2^(1-λ) times as much.
+
+        What `growth` knows, since λ is nearly 1 and nothing but itself grows, is not counted.
+        """
         count = math.ceil(math.log2(max(self.end_size(mesh) / (TOLD * self.size), 1.0)))
         slowest = 1.0 if self.logarithmic else min(each.slowest for each in self.expansions)
+        if not self.logarithmic and slowest < 2.0 - STRONG:
+            return 1.0
         return float(np.sum(2.0 ** ((1.0 - slowest) * np.arange(1, count + 1))))
 
     def end_size(self, mesh: BoundaryMesh) -> float:

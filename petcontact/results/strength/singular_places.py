@@ -216,7 +216,7 @@ class _Body:
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self._mesh, *data, corners, number, (first, 1 - first), does)
             expansions = growing(found, differ)
-            if expansions or differ > MISMATCH:
+            if expansions or differ[0] > MISMATCH:
                 yield Place(
                     self._name,
                     corners.ends[number],
@@ -229,7 +229,7 @@ class _Body:
                     expansions,
                     isinstance(does[0], Touching) and not does[0].partner.bonded,
                     core_of(x, does),
-                    differ > SINGLE,
+                    differ[1] > SINGLE,
                 )
             if under is not None and own.least < 1.0:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on

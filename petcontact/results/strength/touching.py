@@ -26,6 +26,9 @@ LINE = 3
 """Points of an edge that say which way it runs: the nearest one, and one on either side."""
 MOST = 0.5
 """Share of what lies beside a place that is closed, or slips, for the contact there to do so."""
+NEARLY = 0.06
+"""Least singular value of the matrix of a corner for λ = 1 up to which one of its exponents lies
+within `refinement.corner_modes.STRONG` of 1: it is about three times as far off."""
 MISMATCH = 0.23
 """Difference of two known shears at a right angle, over the mean of the body's tractions, from
 which on stress has no bound there. It adds as much as that traction at a thousandth of the size:
@@ -212,9 +215,9 @@ def mismatch(
     number: int,
     sides: tuple[int, int],
     does: tuple[Does, Does],
-) -> float:
+) -> tuple[float, float]:
     """How far what is known on the two sides of a corner is from that of any uniform stress, where
-    stress grows like a logarithm for it, over the mean traction [-].
+    stress grows like a logarithm for it, and where it does so nearly, over the mean traction [-].
 
     Two components are known on each side. Those of uniform stress and a rotation may be others
     where the four equations for these depend on each other: λ = 1 is an exponent of the corner. Of
@@ -235,37 +238,35 @@ def mismatch(
     """
     data = 2.0 * material.shear_modulus * found.u, found.traction
     kinds, angle = [kind_of(each) for each in does], float(corners.angle[number])
-    free = kinds == [FREE, FREE]
     if any(kind_of(each) == CLAMPED and _on_body(each) for each in does):
-        return 0.0
-    if free and abs(angle - math.pi) > NEAR:
-        return 0.0
-    both = [
-        known_on(_beside(mesh, data, corners, number, sides, turn)[None, :, None], kind)
-        for turn, kind in enumerate(kinds)
-    ]
-    given: Array = np.ravel(both).real
+        return 0.0, 0.0
+    if (free := kinds == [FREE, FREE]) and abs(angle - math.pi) > NEAR:
+        return 0.0, 0.0
+    given: Array = np.ravel(
+        [
+            known_on(_beside(mesh, data, corners, number, sides, turn)[None, :, None], kind)
+            for turn, kind in enumerate(kinds)
+        ]
+    ).real
     given[1::2] *= not free  # on a straight side stress has a bound where pressure jumps
-    left, size, _ = np.linalg.svd(
-        wedge(angle, 3.0 - 4.0 * material.plane_strain_ratio, *kinds)(np.ones(1, dtype=complex))[
-            0
-        ].real
-    )
-    left, untold = left[:, size < NEAR], np.isnan(given)
-    if np.abs(left[untold]).max(initial=0.0) > NEAR:
-        return 0.0
-    apart = float(np.linalg.norm(given[~untold] @ left[~untold])) * math.sqrt(2.0)
-    mean = float(mesh.weight @ lengths(data[1]) / mesh.weight.sum())
-    return apart / (mean or 1.0)
+    matrix = wedge(angle, 3.0 - 4.0 * material.plane_strain_ratio, *kinds)
+    left, size, _ = np.linalg.svd(matrix(np.ones(1, dtype=complex))[0].real)
+    left, told = left[:, size < NEARLY], np.isfinite(given)
+    if np.abs(left[~told]).max(initial=0.0) > NEAR:
+        return 0.0, 0.0
+    given = given[told] @ left[told] * math.sqrt(2.0)
+    given /= float(mesh.weight @ lengths(data[1]) / mesh.weight.sum()) or 1.0
+    exact = given[size[size < NEARLY] < NEAR]
+    return float(np.linalg.norm(exact)), float(np.linalg.norm(given))
 
 
-def growing(found: Sequence[Expansion], differ: float) -> tuple[Expansion, ...]:
-    """How stress grows towards a corner, by a `mismatch`: the expansions that have modes, or all
+def growing(found: Sequence[Expansion], differ: tuple[float, float]) -> tuple[Expansion, ...]:
+    """How stress grows towards a corner, by its `mismatch`: the expansions that have modes, or all
     where stress is told as a value that is slow to settle."""
     # from λ = 2 on stress changes no more by all halvings to come than by the last one
-    slow = differ > SINGLE or min(each.slowest for each in found) < 2.0
+    slow = differ[1] > SINGLE or min(each.slowest for each in found) < 2.0 - NEAR
     modes = tuple(each for each in found if each.modes)
-    return modes or tuple(found) * (slow and differ <= MISMATCH)
+    return modes or tuple(found) * (slow and differ[0] <= MISMATCH)
 
 
 def _on_body(does: Does) -> bool:
