@@ -138,10 +138,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
             change = _change(solution, other, number, there.get(number.key), stresses)
             error = np.fmax(error, change / (max(gain**power, LEAST_GAIN) - 1.0))
         counted = (
-            number.is_resultant
-            or len(others) == 1
-            or not np.isnan(number.exponent)
-            or _at_singular(solution, number)
+            number.is_resultant or not np.isnan(number.exponent) or _at_singular(solution, number)
         )
         if counted and before is not None and not solution.accuracy.estimates:
             apart = float(np.abs(number.value - before.value).max())
@@ -223,10 +220,12 @@ def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:
     Panels are refined where errors are largest: neighbouring meshes have most of them in common,
     and no number gains more than the estimates do. Along curves each mesh is another one, and two
     may agree by chance: the two before say how much they gain at most. Away from corners errors
-    fall with twice the power of a force there.
+    fall with twice the power of a force there; beside a mesh that a user gave there is one other
+    one, and nothing says that they do.
     """
-    most = 1.0 + MOST_GAIN
-    gains, other = np.array([LEAST_GAIN**2, most]), solution.coarser
+    most, other = 1.0 + MOST_GAIN, solution.coarser
+    alone = other is None or other.coarser is None
+    gains = np.array([LEAST_GAIN if alone else LEAST_GAIN**2, most])
     if len(estimates := np.array(solution.accuracy.estimates)) > 1:
         gains = estimates[-2:-4:-1] / max(estimates[-1], EPS)
     for gain in np.clip(gains, LEAST_GAIN, most).tolist():
