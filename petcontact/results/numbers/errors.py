@@ -75,9 +75,8 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
         # errors fall like √h of the increments h at least; of two increments one is made
         left = 1.0 / (max(2.0, len(last.steps) / len(other.steps)) ** 0.5 - 1.0)
         for key in bounded:
-            change = np.nan
-            if key[2:] in ends:
-                change = _path_change(last, other, now[key], there, stresses)
+            here = key[2:] in ends
+            change = _path_change(last, other, now[key], there, stresses) if here else np.nan
             errors[key] += left * change
         now, last = now | there, other
     return {
