@@ -63,24 +63,23 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
     An error is what a number differs by on other paths at the end of the same step. It is at least
     the error that the increments of the path itself show.
     """
-    now, last = {number.key: number for number in numbers}, solution.tracked or solution
-    bounded = {key for key, number in now.items() if not np.isinf(number.error)}
-    errors = dict.fromkeys(now, 0.0)
-    if last is not solution:
-        now |= _by_key(last)
+    last = solution.tracked or solution
+    errors = {number.key: 0.0 for number in numbers if not np.isinf(number.error)}
+    now = {number.key: number for number in numbers}
+    now |= {} if last is solution else _by_key(last)
     for other in last.paths:
         there = _by_key(other)
         ends = {(step.step, step.cycle) for step in other.steps}
         stresses = stresses_near(last, [each for each in numbers if each.key[2:] in ends])
         # errors fall like √h of the increments h at least; of two increments one is made
         left = 1.0 / (max(2.0, len(last.steps) / len(other.steps)) ** 0.5 - 1.0)
-        for key in bounded:
+        for key in errors:
             here = key[2:] in ends
             change = _path_change(last, other, now[key], there, stresses) if here else np.nan
             errors[key] += left * change
         now, last = now | there, other
     return {
-        number.key: float(np.maximum(errors[number.key], _of_increments(number)))
+        number.key: float(np.maximum(errors.get(number.key, 0.0), _of_increments(number)))
         for number in numbers
     }
 
