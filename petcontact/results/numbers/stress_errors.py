@@ -113,23 +113,27 @@ def stress_change(
         least = near.spread if cut else accuracy.error * number.size * own
         same = _gains_nothing((solution, coarser), number.of, np.array([near.element, element]))
         change = np.where(same, np.fmax(change, least), change) * np.fmax(near.halvings, 1.0)
-    off = max(np.nanmax(change[:count]), _rival(near, change) - float(number.value[0]))
+    top, off = float(number.value[0]), float(np.nanmax(change[:count]))
+    off = _rival(near, change, top + off) - top
     return float(max(off, np.ptp(now[:count])) if near.at_corner else off)
 
 
-def _rival(near: NearStress, change: Array) -> float:
-    """The largest that a stress may be that has changes (q,) where it may have a top: one is no
-    smaller than what is around it, as far as the changes tell."""
+def _rival(near: NearStress, change: Array, above: float) -> float:
+    """The largest that a stress may be that has changes (q,) where it may have a top, or a bound
+    above which there is none: a top is no smaller than what is around it, as far as the changes
+    tell."""
     change = np.nan_to_num(change) + near.grown
     most, least = near.values + change, near.values - change
-    rows = np.flatnonzero(near.reach > 0.0)
+    rows = np.flatnonzero((near.reach > 0.0) & (most > above))
+    if not len(rows):
+        return above
     tree = scipy.spatial.cKDTree(near.x[near.count :])
     for k in rows[np.argsort(-most[rows], kind="stable")].tolist():
         around = tree.query(near.x[k], min(AROUND, tree.n))[1]
         around = np.append(tree.query_ball_point(near.x[k], near.reach[k]), around) + near.count
         if least[around.astype(np.int64)].max() <= most[k]:
             return float(most[k])
-    return -np.inf
+    return above
 
 
 def _gains_nothing(solutions: Sequence[Evaluated], body: str, elements: Index) -> Mask:
