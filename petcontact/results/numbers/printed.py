@@ -6,7 +6,7 @@ Each has a place where it is a maximum, and a unit. `number_errors` adds the err
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..evaluated import NOWHERE, Evaluated
 from ..records import PairResult, StepResult
 from ..strength.singular_places import singular_places
 from ..strength.strengths import beside, fits, growth
-from .number import DISPLACEMENT, ENERGY, Number
+from .number import DISPLACEMENT, ENERGY, Key, Number
 from .peaks import stress_peaks
 
 ACROSS, LOOKED_AT = (9, 33), (8, 1)
@@ -237,14 +237,33 @@ def resultant(pair: PairResult) -> tuple[float, float]:
     return size, size * float(np.abs(pair.x).max(initial=0.0))
 
 
+End = tuple[int, int]
+"""Numbers of a step and of a cycle, at whose end numbers are."""
+
+
+def ends_of(solution: Evaluated) -> dict[End, StepResult]:
+    """The last increments of all steps."""
+    return {(step.step, step.cycle): step for step in solution.steps}
+
+
 def end_of(solution: Evaluated, number: Number) -> StepResult:
     """The last increment of the step that a number belongs to."""
-    at = number.step, number.cycle
-    return [step for step in solution.steps if (step.step, step.cycle) == at][-1]
+    return ends_of(solution)[number.step, number.cycle]
 
 
-def numbers_of(solution: Evaluated, peaks: bool = True, compared: bool = False) -> list[Number]:
-    """Return the numbers at the ends of all steps, without errors.
+def by_key(other: Evaluated, ends: Collection[End] | None = None) -> dict[Key, Number]:
+    """The numbers of another mesh or path at some ends, by default at all, with which those of a
+    solution are compared."""
+    return {each.key: each for each in numbers_of(other, False, True, ends)}
+
+
+def numbers_of(
+    solution: Evaluated,
+    peaks: bool = True,
+    compared: bool = False,
+    ends: Collection[End] | None = None,
+) -> list[Number]:
+    """Return the numbers at the ends of steps, by default of all, without errors.
 
     The largest stresses are among them if `peaks` is true. Of numbers that are only compared what
     fits of K leave uncertain is not looked for.
@@ -252,7 +271,7 @@ def numbers_of(solution: Evaluated, peaks: bool = True, compared: bool = False) 
     numbers = list[Number]()
     # the increments of each step, in the first cycle and in later ones
     by_step = itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle))
-    steps = [list(some) for _, some in by_step]
+    steps = [list(some) for at, some in by_step if ends is None or at in ends]
     for increments in steps:
         numbers += _OfStep(solution, increments, compared).all()
     return [*numbers, *(stress_peaks(solution, [each[-1] for each in steps]) if peaks else [])]
