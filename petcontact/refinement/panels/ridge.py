@@ -86,7 +86,7 @@ def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None
     points = line.places(t)
     ends = chart.at(points[[0, -1]])
     closed = chart.wraps and bool(np.linalg.norm(ends[1] - ends[0]) < SINGLE * (t[-1] - t[0]))
-    sides = np.repeat(across[None], len(t), axis=0)
+    sides = np.repeat(line.across[None], len(t), axis=0)
     return Ridge(points, sides, t - t[0], value, curvature, slope, closed)
 
 
@@ -155,11 +155,16 @@ class _Line:
 
     def __init__(self, gap: Gap, chart: Chart, place: Array, across: Array, stencil: float) -> None:
         self._gap, self._chart, self._stencil = gap, chart, stencil
-        self._place, self._across = place, across
+        self._place, self.across = place, across
         self._way = np.array([-across[1], across[0]])
         self.step = float((chart.high - chart.low).max()) / STATIONS
-        for _ in range(3):
-            self._place = self._place + np.nan_to_num(self.seen(np.zeros(1))[0, 3]) * across
+        for _ in range(4):
+            near = self.step * np.array([-1.0, 0.0, 1.0])
+            before, here, after = np.nan_to_num(self.seen(near)[:, 3]).tolist()
+            self._place = self._place + here * self.across
+            self._way = self._way + (after - before) / np.ptp(near) * self.across
+            self._way /= np.linalg.norm(self._way)
+            self.across = np.array([self._way[1], -self._way[0]])
 
     def places(self, t: Array) -> Array:
         """Return the points (n, 2) at lengths along the line."""
@@ -169,7 +174,7 @@ class _Line:
         """Return lengths along the line, the gap there, its curvature across, and how far away
         across it is least, (n, 4); NaN where it is not convex across."""
         offsets = self._stencil * np.array([-1.0, 0.0, 1.0])
-        x = self.places(t) + offsets[:, None, None] * self._across
+        x = self.places(t) + offsets[:, None, None] * self.across
         low, middle, high = self._gap(x.reshape(-1, 2)).reshape(3, -1)
         with np.errstate(divide="ignore", invalid="ignore"):
             curvature = (high - 2.0 * middle + low) / self._stencil**2

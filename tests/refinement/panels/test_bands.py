@@ -82,6 +82,17 @@ def test_a_ridge_ends_where_the_gap_jumps_or_the_face_ends(text, ends, across):
         assert np.abs(ridge.across[0]) == pytest.approx(across, abs=1e-6)
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.1, 0.7, 2.97])
+def test_the_ridge_of_a_crown_has_its_direction(angle):
+    """The differences of a fourth power are no curvatures: the line is turned into the ridge."""
+    c, s = float(np.cos(angle)), float(np.sin(angle))
+    x, y = f"({c}*x + {s}*y)", f"({c}*y - {s}*x)"
+    _, ridge, forecast = expected(f"where(abs({y}) <= 1, 0.86*{x}**2 + 0.227*{y}**4, 1e3)")
+    assert np.abs(ridge.across @ np.array([c, s])) == pytest.approx(1.0, abs=1e-12)
+    assert np.linalg.norm(ridge.points[[0, -1]], axis=1) == pytest.approx(1.0, abs=1e-6)
+    assert sum(forecast.ends) == pytest.approx(ridge.s[0] + ridge.s[-1], abs=1e-6)
+
+
 @pytest.mark.parametrize("level", [0, 3])
 @pytest.mark.parametrize(
     "text",
