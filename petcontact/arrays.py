@@ -16,7 +16,7 @@ Index = np.ndarray[Any, np.dtype[np.int64]]
 Mask = np.ndarray[Any, np.dtype[np.bool_]]
 AnyArray = np.ndarray[Any, np.dtype[Any]]
 States = np.ndarray[Any, np.dtype[np.int8]]
-"""Of contact nodes: stick, slip, open; or which way they slip."""
+"""Numbers for the states of contact nodes, stick, slip and open, or for the way of their slip."""
 Names = np.ndarray[Any, np.dtype[np.str_]]
 
 LONGEST_NAME = 255
@@ -24,7 +24,7 @@ LONGEST_NAME = 255
 LARGEST_COORDINATE = 1e60
 """Squares and products of coordinates must not overflow."""
 LARGEST_NUMBER = 1e150
-"""Nor squares of loads, moduli and gaps."""
+"""Bound of loads, moduli and gaps, so that their squares do not overflow."""
 
 
 class Rows:

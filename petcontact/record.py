@@ -35,7 +35,7 @@ def _shown(self: Any) -> str:
 
 
 METHODS = {"__eq__": _equal, "__hash__": _hash, "__repr__": _shown}
-"""Of all records."""
+"""Methods that all records share."""
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))

@@ -20,7 +20,7 @@ from .record import record
 LARGEST_WHOLE = 2**31
 """Numbers of things that are counted."""
 KINDS = {"f": ("real numbers", "fiu"), "i": ("whole numbers", "iu"), "U": ("names", "UO")}
-"""Of arrays by the letter of numpy's: in words, and the letters that will do."""
+"""Kinds of arrays by numpy's letter: in words, and the letters of numpy that will do."""
 
 
 @record

@@ -18,8 +18,8 @@ TINY = 1e-4
 """Size of the smallest element over that of the body, above which a motion smaller than the body
 costs no digits."""
 LEFT = 0.1
-"""Of known displacements, beyond their common rigid motion and over their size, from which on no
-large one is taken out."""
+"""Share of known displacements that is left beside their common rigid motion. Where more is left,
+no rigid motion is taken out [-]."""
 
 
 @record

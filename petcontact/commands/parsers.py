@@ -30,7 +30,7 @@ COMMANDS = {
     "doctor": "check versions, MPI, BLAS threads, HDF5 and fonts of this installation",
 }
 READING = {"export", "fatigue", "field", "plot", "show"}
-"""Those of the folder `reading`: they read a result file."""
+"""Commands in the folder `reading`, which read a result file."""
 
 
 class Paragraphs(argparse.HelpFormatter):

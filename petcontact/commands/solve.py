@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 SUFFIXES = (".h5", ".hdf5")
-"""Of result files."""
+"""Suffixes of result files."""
 SOON = 5.0
 """Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}

@@ -61,7 +61,7 @@ PROPERTIES = {
 }
 """Keys of a `material` that keywords give."""
 FREEDOMS = 99
-"""Of a node, more than any program has."""
+"""Bound of the number of a degree of freedom, above that of any program."""
 TYPED = {"ENCASTRE": (1, 2, 3), "PINNED": (1, 2, 3), "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,)}
 """Degrees of freedom that named conditions hold."""
 

@@ -14,7 +14,7 @@ from ..untyped import Figure, Keyed
 from .evaluate import Fatigue
 
 UNITS = {"ruiz-1": "{0}·{1}", "ruiz-2": "({0})²·{1}"}
-"""Of stress and length; other parameters are stresses."""
+"""Units of parameters, from those of stress {0} and length {1}; other parameters are stresses."""
 
 
 def fatigue_figure(solution: SolutionData, result: Fatigue, path: str | Path) -> Path:
@@ -33,7 +33,7 @@ def fatigue_figure(solution: SolutionData, result: Fatigue, path: str | Path) ->
 
 
 def _unit(parameter: str, units: Units) -> str | None:
-    """Of a parameter; None without names of units."""
+    """Return the unit of a parameter, None where units have no names."""
     if parameter not in UNITS:
         return units.stress
     if units.stress and units.length:

@@ -19,8 +19,8 @@ Values = tuple[Array, Array | None]
 """A parameter at n points (n,) [stress], and the normals (n, 3) of the critical planes; None where
 a parameter has none."""
 Parameter = Callable[[Array, Material, float], Values]
-"""Of stress (k, n, 3, 3) [stress], the material and the sensitivity: k of Findley, α of Crossland
-and of Dang Van, which is what normal or hydrostatic stress counts [-]."""
+"""A function of the stress (k, n, 3, 3) [stress], the material and the sensitivity. This is k of
+Findley, or α of Crossland and Dang Van: the weight of normal or hydrostatic stress [-]."""
 
 
 def smith_watson_topper(stress: Array, material: Material, sensitivity: float) -> Values:

@@ -104,8 +104,8 @@ def _tangents(normal: Array) -> tuple[Array, Array]:
 
 
 def _upward(normal: Array) -> Array:
-    """Of n and -n the one whose last component that does not vanish is positive; no negative
-    zeros."""
+    """Return n or -n (..., 3): the one whose last component other than 0 is positive, without
+    negative zeros."""
     clean = np.where(np.abs(normal) < 1e-6, 0.0, normal)
     last = 2 - np.argmax(clean[:, ::-1] != 0.0, axis=1)
     sign = np.sign(np.take_along_axis(clean, last[:, None], 1))

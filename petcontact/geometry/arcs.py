@@ -150,7 +150,7 @@ def divided(start: Array, end: Array, alpha: float) -> Array:
 
 
 def perimeter(ring: Array) -> float:
-    """Of the polygon with these corners (n, 2) [length]."""
+    """Return the perimeter of the polygon with corners (n, 2) [length]."""
     return float(np.hypot(*(np.roll(ring, -1, axis=0) - ring).T).sum())
 
 
@@ -165,7 +165,7 @@ def turn_between(a: Array, b: Array) -> Array:
 
 
 def signed_area(ring: Array) -> float:
-    """Of the polygon with these corners (n, 2), positive where it runs counter-clockwise
+    """Return the area of the polygon with corners (n, 2), positive where it runs counter-clockwise
     [length²]."""
     x, y = (ring - ring[0]).T
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

@@ -129,7 +129,7 @@ class CondensedSurface(Boundary):
 
     @property
     def order(self) -> Index:
-        """Of each element; those of a finite-element mesh are linear."""
+        """Order of each element (n_elements,); elements of a finite-element mesh are linear."""
         return self.whole_numbers("order", np.ones(len(self.elements)))
 
     @property

@@ -23,7 +23,7 @@ UNNAMED = "unnamed"
 """The part of the boundary lines of a mesh with cells that are in no physical group: it is free
 where it has no condition."""
 NODES = {"line": 2, "triangle": 3, "quad": 4}
-"""Of cells whose names have no number; the others end with theirs."""
+"""Number of nodes of the cells whose names do not end with it."""
 
 
 def gmsh_outline(mesh: Mesh, file: str, axial: bool = False) -> Outline:

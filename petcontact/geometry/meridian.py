@@ -65,7 +65,7 @@ class Meridian(Outline):
 
 @record
 class TwistedMeridian(Meridian):
-    """That of a body that turns about its axis, too."""
+    """The half section of a body that also turns about its axis."""
 
     components = 3
 

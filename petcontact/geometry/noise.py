@@ -21,7 +21,8 @@ FOLLOWED = 3.0
 """Distance from the points over the deviation of their noise, below which a curve follows them: 3
 of 1000 normal values are larger, and values that are rounded deviate by √3 at most."""
 REPLICAS = 16
-"""Of measurements: the root of a mean square is known to 1/√32, a fifth of it."""
+"""Number of repeated measurements that are drawn: the root of a mean square is then known to
+1/√32, a fifth of it."""
 
 
 @record

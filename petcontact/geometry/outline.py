@@ -98,8 +98,8 @@ class Side:
         return np.column_stack([-ny, nx])
 
     def arcs(self, breaks: Array) -> tuple[Array, Array]:
-        """Of the pieces between fractions (n + 1,) of the arc length: unit vectors (n, 2) along
-        their chords, and their curvatures (n,) [1/length]."""
+        """Return unit vectors (n, 2) along the chords of the pieces between fractions (n + 1,) of
+        the arc length, and the curvatures (n,) of the pieces [1/length]."""
         middle = 0.5 * (breaks[1:] + breaks[:-1])
         return self.tangents(middle), np.full(len(middle), self.curvature)
 

@@ -80,9 +80,9 @@ class Motions:
 PLANE = Motions(2, (0, 1), ((0, 1),))
 SPACE = Motions(3, (0, 1, 2), ((1, 2), (2, 0), (0, 1)))
 REVOLUTION = Motions(2, (1,), ())
-"""Of bodies of revolution, in (r, z): they are translated along their axis."""
+"""Rigid motions of bodies of revolution in (r, z): a translation along their axis."""
 TORSION = Motions(3, (1,), ((0, 2),))
-"""Of bodies of revolution in (r, z, θ): they turn about it as well."""
+"""Rigid motions of bodies of revolution in (r, z, θ): they also turn about their axis."""
 MOTIONS = {2: PLANE, 3: SPACE}
 
 

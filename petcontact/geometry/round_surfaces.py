@@ -74,7 +74,7 @@ class SphereSurface(RoundSurface):
 
     @property
     def usual_size(self) -> float:
-        """Of panels, where none is given [length]."""
+        """Size of panels where none is given [length]."""
         return 0.5 * self.radius
 
     @property
@@ -119,7 +119,7 @@ class CylinderSurface(RoundSurface):
 
     @property
     def usual_size(self) -> float:
-        """Of panels, where none is given [length]."""
+        """Size of panels where none is given [length]."""
         return 0.5 * self.radius
 
     @property

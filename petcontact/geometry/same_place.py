@@ -44,6 +44,6 @@ def distinct(places: Array, within: float, length: float) -> Array:
 
 
 def inside(places: Array, within: float, length: float) -> Array:
-    """Those of the distinct places that are not one with the ends of the side."""
+    """Return the distinct places on a side that do not coincide with its ends [length]."""
     fractions = distinct(places, within, length)
     return np.asarray(fractions[(fractions > 0.0) & (fractions < length)])

@@ -21,8 +21,8 @@ from .outline import Side
 
 Fit = TypeVar("Fit")
 HALVINGS = 16
-"""Of the logarithm of the sum of squares, whose range is the number of points: 1e-3 of it and
-better."""
+"""Halvings of the range of the logarithm of the sum of squares, which leave less than 1e-3 of
+it."""
 PIECE = math.radians(30.0)
 """Largest turn of a side [rad]."""
 OFF = 1e-3

@@ -36,7 +36,7 @@ class Step:
 
 
 HOLD = "hold"
-"""Of a component: it stays where the step before has left it, or moves on from there."""
+"""Word for a component that stays where the step before has left it, or moves on from there."""
 WHOLE_LOAD = Step("load")
 """The step of a problem that names none."""
 

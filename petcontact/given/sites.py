@@ -12,7 +12,7 @@ from ..record import record
 
 @record
 class Sites:
-    """Some points with what expressions may use there.
+    """Points, with the names that expressions may use there.
 
     Attributes
     ----------

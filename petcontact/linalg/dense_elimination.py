@@ -18,7 +18,7 @@ from .ksp import LinearSolver
 from .row_layout import summed
 
 PREFIX = "elastic_"
-"""Of the options of the elimination's KSP."""
+"""Prefix of the options of the elimination's KSP."""
 
 
 @record
@@ -105,7 +105,8 @@ class Elimination:
             self.at_rest[block.own] = _kept(block.solver, load)
 
     def with_load(self, loads: Array) -> Self:
-        """The same matrix and columns with another load (K, rows), which may be overwritten.
+        """Return the elimination with the same matrix and another load (K, rows), which may be
+        overwritten.
 
         Raises
         ------

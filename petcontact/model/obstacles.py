@@ -42,7 +42,7 @@ MAY: dict[str | None, tuple[str, ...]] = {
 }
 """Keys that a shape may have besides."""
 KEYS = tuple(dict.fromkeys(key for keys in (*SHAPED.values(), *MAY.values()) for key in keys))
-"""All of them."""
+"""Keys of an obstacle that belong to its shape."""
 SMALL = 0.1
 """Rotation up to which linear displacements are those of a turned profile, to 0.5 % [rad]."""
 
@@ -78,7 +78,7 @@ LaterMotions = Annotated[
     float | Literal["free", "hold"] | tuple[float | Literal["free", "hold"], ...],
     _components('a finite number, "free" or "hold",', "free", HOLD),
 ]
-"""The same in a step, where a component may also stay where the step before has left it."""
+"""Motions in a step, where a component may also stay where the step before has left it."""
 Loads = Annotated[float | tuple[float, ...], _components("a finite number")]
 """A number for every component, or an array of them."""
 
@@ -285,5 +285,6 @@ class MovedObstacle(Obstacle):
     by: Loads = 0.0
 
     def moved_by(self, kind: Kind) -> list[float]:
-        """As of an obstacle; errors as of `motions`."""
+        """How far components that are "hold" move from where they are, by `by`; errors as of
+        `motions`."""
         return self._along("by", kind, 0.0) + [0.0] * len(kind.planes)

@@ -24,7 +24,7 @@ VECTORS: dict[type[Model], tuple[str, ...]] = {
 }
 """Keys of vectors that may have a component round the axis, by the model that has them."""
 STILL = (None, 0.0, "free", HOLD, (), (0.0,), ("free",), (HOLD,))
-"""Of an obstacle, a rotation or a moment that turns nothing by itself."""
+"""Values of the rotation and the moment of an obstacle that turn nothing."""
 
 
 def is_twisted(problem: Bodies) -> bool:

@@ -37,7 +37,7 @@ two blocks."""
 Compiled = Callable[..., None]
 AnyArray = np.ndarray[tuple[int, ...], np.dtype[Any]]
 Member = AnyArray | int | float | None
-"""Of a struct of C: an array, a number, or nothing in the place of an array."""
+"""A member of a struct of C: an array, a number, or nothing in the place of an array."""
 _byte_of: Callable[[Any], object] = ctypes.c_char.from_buffer
 _address_of: Callable[[Any], int] = ctypes.addressof
 _NUMBERS = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}

@@ -54,7 +54,8 @@ SINGULAR = 1e-6
 round-off, and half of its digits where two of them are one."""
 
 Matrix = Callable[[Complex], Complex]
-"""Of exponents (n,): the conditions at a corner (n, k, k), without a solution but at exponents."""
+"""A function from exponents (n,) to the conditions at a corner (n, k, k). Only at exponents of the
+corner they have a solution other than 0."""
 
 
 def wedge(angle: float, kappa: float, first: SideKind, second: SideKind) -> Matrix:

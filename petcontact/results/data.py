@@ -217,7 +217,7 @@ class SolutionData(Evaluated):
         return dict(resultants) if len(resultants) > 1 else dict(next(iter(resultants.values())))
 
     def until(self, number: int) -> Self:
-        """The same up to an increment, by its number from 1 on, which is the last one then."""
+        """Return the solution up to an increment, by its number from 1 on."""
         return replace(self, steps=self.steps[:number], failed=None)
 
     def to_dataframe(self, step: StepResult | int | None = None) -> Any:

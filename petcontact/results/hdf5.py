@@ -43,7 +43,7 @@ RESIDUALS = ("normal", "tangential", "balance", "elastic")
 MEASURES = ("equilibrium", "elimination", "overlap", "between", "displaced")
 """What else an increment is judged by, attributes only."""
 STILL = ("x", "normal", "tangent", "weight", "arc_length")
-"""Of an interface what no increment changes: stored once, by several names."""
+"""Fields of an interface that no increment changes; they are stored once, under several names."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
 ERRORS = ("pressure_error", "sigma_t_error")
 MAY_BE = ("wear", "primary")
@@ -77,7 +77,7 @@ ONE_BODY = (
     "slip",
     "part",
 )
-"""Of /contact."""
+"""Datasets of /contact."""
 
 
 def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = True) -> None:

@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..runtime.hints import Named
 
 T = TypeVar("T", bound=Any)
-"""Of `PairResult`, which is made of these."""
+"""The type of pairs, `PairResult`."""
 NODAL = (
     "x",
     "normal",

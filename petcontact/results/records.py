@@ -115,7 +115,7 @@ class PairResult(Hinted):
 
     @property
     def worn_volume(self) -> Array:
-        """Of secondary and primary, (2,) [length², in space length³]."""
+        """Worn volume of secondary and primary, (2,) [length², in space length³]."""
         return np.zeros(2) if self.wear is None else np.asarray(self.weight @ self.wear)
 
     @property
@@ -135,8 +135,8 @@ class PairResult(Hinted):
         return self.imbalance_beyond(0.0)
 
     def imbalance_beyond(self, couple: Axial) -> float:
-        """The same, of the moment what a couple on the primary explains, such as that of friction
-        across a gap."""
+        """Imbalance without the moment that a couple on the primary explains, such as that of
+        friction across a gap."""
         size = float(self.weight @ self.size)
         if self.force_primary is None or self.moment_primary is None or size == 0.0:
             return 0.0
@@ -277,7 +277,7 @@ class StepResult:
 
     @property
     def shares(self) -> dict[int, float]:
-        """Of the loads at the ends of steps, by their number."""
+        """Shares of the loads at the ends of steps, by the numbers of the steps [-]."""
         return shares_of_states(self.step, self.load_factor, self.origin)
 
     @property

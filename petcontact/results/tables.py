@@ -198,7 +198,7 @@ def csv_text(columns: Mapping[str, object]) -> str:
 
 
 def with_units(columns: Mapping[str, object], solution: SolutionData) -> Table:
-    """The same columns with the names of units that the problem gives: "pressure [MPa]"."""
+    """Return the columns with the problem's names of units in their names: "pressure [MPa]"."""
     power = next(iter(solution.meshes.values())).weight_power
     units = solution.problem.units
     named_columns = {}

@@ -21,13 +21,13 @@ from .terminal import printable
 
 FORMATS = ("png", "pdf", "svg")
 SIZE = (7.0, 4.2)
-"""Of figures [inch]."""
+"""Size of figures [inch]."""
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe and Ito's palette: seven hues that differ for every kind of colour vision, and in grey."""
 STATES = {0: ("stick", COLOURS[0], "s"), 1: ("slip", COLOURS[1], "o"), 2: ("open", "white", "^")}
 """Name, colour and marker of each state of a contact node."""
 CONTACT = ("contact", COLOURS[2], "o")
-"""Of nodes that touch without friction: nothing says that they slip."""
+"""Style of nodes that touch without friction: nothing says that they slip."""
 SHADES = {"stick": "#d3e4f1", "slip": "#f8dcc9", "open": "#eeeeee", "contact": "#d3ece3"}
 """Background of the zones of a contact part."""
 TITLE = 62

@@ -12,7 +12,7 @@ from .other_words import ATTRIBUTES, IN_MM_AND_N, SAID, SYNONYMS
 
 T = TypeVar("T")
 SPELLINGS = {"center": "centre", "centre": "center"}
-"""Of keys."""
+"""Other spellings of keys."""
 SHOWN = 20
 """Attributes of a thing that are listed where none is near."""
 NUMBER = r"[-+]?(?:\d[\d_]*\.?\d*|\.\d+)(?:e[-+]?\d+)?"

@@ -72,8 +72,8 @@ def release_memory() -> None:
 
 
 def _peak() -> int:
-    """Of this process. Linux's getrusage also counts what a parent held when it started this one;
-    /proc does not."""
+    """Return the peak memory of this process [bytes]. Linux's getrusage also counts what a parent
+    held when it started this one; /proc does not."""
     with contextlib.suppress(OSError), open("/proc/self/status", "rb") as status:
         match = re.search(rb"VmHWM:\s*(\d+)", status.read())
         if match:

@@ -279,7 +279,7 @@ def _used(name: str) -> bool:
 
 
 def petsc_version() -> str:
-    """Of the PETSc that runs; empty where none does."""
+    """Return the version of the PETSc that runs; empty where none does."""
     module = sys.modules.get("petsc4py.PETSc")
     return "" if module is None else ".".join(map(str, module.Sys.getVersion()))
 

@@ -29,10 +29,10 @@ T = TypeVar("T")
 PATIENCE = "PETCONTACT_PATIENCE"
 """Variable of the environment: seconds for which a rank waits until all ranks begin a solve."""
 SECONDS = 60.0
-"""These seconds by default: ranks of one job start within some seconds of each other, and within
+"""Default of `PATIENCE` [s]: ranks of one job start within some seconds of each other, and within
 half a minute where all read Python from one busy file server."""
 TAG = 16_381
-"""Of the messages before a solve, so that they are not taken for the user's own."""
+"""Tag of the messages before a solve, so that they are not taken for the user's own."""
 Call = Callable[[], Callable[[], Mapping[str, object]]]
 _solves: list[SharedSolve] = []
 

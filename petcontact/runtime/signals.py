@@ -78,8 +78,8 @@ def install() -> None:
 
 
 def reinstall() -> None:
-    """Again, if it was done before: PETSc takes SIGTERM for itself when it starts (3.2x does, 3.18
-    does not)."""
+    """Install again, if it was done before: PETSc takes SIGTERM for itself when it starts (3.2x
+    does, 3.18 does not)."""
     if _installed:
         install()
 

@@ -44,7 +44,7 @@ class Kelvin3D(Kernel):
     def _field(
         self, targets: Array, elements: Panels | CurvedPanels, u: Array, traction: Array
     ) -> tuple[Array, Array, Array]:
-        """Of one state, (m, 3), (m, 6) and (m,)."""
+        """Return displacement (m, 3), stress (m, 6) and solid angle (m,) of one state."""
         data = np.concatenate([traction / self.unit_length, u], axis=1)
         field, (element, column) = compiled_field(
             targets, elements, self.poisson_ratio, self.tolerance, data

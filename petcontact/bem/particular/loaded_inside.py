@@ -69,7 +69,8 @@ class InsideLoads:
         return self.kernel.point_displacement(*given), self.kernel.point_stress(*given)
 
     def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
-        """The same of volume loads alone, which is what `without` leaves out on the boundary."""
+        """Displacement and stress of the volume loads alone, which `without` leaves out on the
+        boundary."""
         m, d = len(x), self.mesh.components
         u, stress, normal = np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2)), np.zeros(m)
         if self.volume is not None:

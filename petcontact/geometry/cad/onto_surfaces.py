@@ -87,5 +87,5 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 @functools.lru_cache(maxsize=4)
 def projector(file: str, stamp: int, process: int) -> Projector:
-    """That of a file as it was at some time, in the process of this number."""
+    """Return the `Projector` of a file, one for each time of its last change and each process."""
     return Projector(file)

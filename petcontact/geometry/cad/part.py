@@ -35,7 +35,7 @@ TRIED = (0.5, 0.25, 2.0)
 LIMIT = 50.0
 """Time for Gmsh to read or to mesh a file; 60 s for both were asked for [s]."""
 END = b"$EndElements\n"
-"""Of a mesh file."""
+"""Last line of the elements of a mesh file."""
 LIBRARIES = "apt install libglu1-mesa libxft2 libxcursor1 libxinerama1"
 """What Gmsh's wheel needs and Debian's minimal systems lack."""
 
@@ -113,7 +113,7 @@ class CadSurface(SolidSurface):
 
     @property
     def usual_size(self) -> float:
-        """Of cells, where none is given [length]."""
+        """Size of cells where none is given [length]."""
         # without a size: twelve cells along the diagonal of the box around the solid
         return self.diameter / 12
 

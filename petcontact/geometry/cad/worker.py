@@ -20,7 +20,7 @@ from types import ModuleType
 from typing import Any
 
 FORMATS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges", ".brep": "brep"}
-"""Of OpenCASCADE's reader, by the suffix of a file."""
+"""Formats that OpenCASCADE reads, by the suffix of a file."""
 SEWN = 1e-5
 """Distance of edges that are sewn, over the size of all: IGES files have six digits or more."""
 

@@ -93,7 +93,7 @@ class RevolvedSurface(RoundSurface):
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """Those of the section, and the plane faces where the angle is less than a full circle."""
+        """Parts of the section, and the plane faces where the angle is less than a full circle."""
         return self._round_parts + (() if self._is_whole else FACES)
 
     @property
@@ -104,7 +104,7 @@ class RevolvedSurface(RoundSurface):
 
     @property
     def usual_size(self) -> float:
-        """Of panels, where none is given [length]."""
+        """Size of panels where none is given [length]."""
         # without a size: eight panels along the diagonal of the section
         return self.section.diameter / 8
 

@@ -110,7 +110,7 @@ def _something(value: tuple[float, ...]) -> tuple[float, ...]:
 
 
 Directed = pydantic.AfterValidator(_something)
-"""Of vectors that have a direction."""
+"""Refuses vectors of no length, which have no direction."""
 Direction = Annotated[tuple[Finite, Finite, Finite], Directed]
 
 
@@ -238,7 +238,8 @@ def _hidden(name: str) -> bool:
 
 
 def _default(field: FieldInfo, everywhere: bool) -> object:
-    """Of a parameter that stands for a field of all spellings, or of some."""
+    """The default of a parameter; `...` where the field is one of some spellings only and they
+    require it."""
     if field.is_required():
         return inspect.Parameter.empty if everywhere else ...
     return field.get_default(call_default_factory=True)

@@ -15,7 +15,7 @@ from .view import view_of
 
 FORMATS = (".gif", ".mp4")
 SECONDS = 6.0
-"""Of the whole animation, about."""
+"""About how long the whole animation takes [s]."""
 SLOWEST, FASTEST = 2.0, 20.0
 """Frames a second."""
 

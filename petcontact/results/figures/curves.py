@@ -35,7 +35,8 @@ def _shortfall(solution: SolutionData) -> str:
 
 
 def headed_end(solution: SolutionData) -> str:
-    """The same of the end, with the name of the last step where there are several increments."""
+    """Return the title of a picture of the end, with the last step where there are several
+    increments."""
     return headed(solution, solution.last.name if len(solution.tried) > 1 else "")
 
 

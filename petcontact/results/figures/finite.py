@@ -14,8 +14,8 @@ from ..strength.place import Place
 from ..strength.singular_places import singular_places
 
 ABOVE = 0.5
-"""Of an axis that ends below the largest value, over the values that it shows away from corners:
-how a curve grows towards its corner is seen."""
+"""Room of a cut axis beyond the values away from corners, over their range. It shows that a curve
+grows towards its corner."""
 
 
 def away_from(places: Sequence[Place], x: Array) -> Mask:

@@ -52,7 +52,7 @@ WIDE = 110
 PLACES = 3
 """Most places without a bound that a figure names; the verdict names more."""
 COARSE = 40
-"""The same for the figure that `plot` draws."""
+"""Grid cells along the longer side in the figure that `plot` draws."""
 SIGNED = 0.01
 """Share of the usual size below zero from which colours have two signs."""
 
@@ -64,7 +64,7 @@ WORDS = {
     "principal_3": "third principal stress",
     "u": "|u|",
 }
-"""Of quantities in figures; the others are called by their names."""
+"""Words for quantities in figures; other quantities are called by their names."""
 
 
 def deformed_figure(

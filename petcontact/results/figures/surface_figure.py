@@ -23,9 +23,9 @@ from .surroundings import EDGE, obstacles
 from .view import View, view_of
 
 TRIANGLES = 8000
-"""Of all bodies together, about."""
+"""About how many triangles all bodies have together."""
 ELEVATION, STEEP, AZIMUTH = 24.0, 50.0, -58.0
-"""Of views [degrees]."""
+"""Angles of views [degrees]."""
 SHADE = 0.2
 """How much darker surfaces are that are seen from the side."""
 SEEN = 0.8
@@ -35,7 +35,7 @@ COLUMNS, TOGETHER, ALONE, TITLE, BAR = 3, 4.8, 2.9, 0.5, 1.2
 """Columns of bodies drawn alone; heights of all together, of a row of those and of titles, width of
 the bar [inches]."""
 ZOOM, ALONE_ZOOM = 0.95, 0.8
-"""Of boxes about bodies in their axes."""
+"""How far the boxes about bodies fill their axes, of several panels and of one [-]."""
 COLOUR_BAR = {"shrink": 0.75, "pad": 0.09, "aspect": 25}
 """Room for the labels of an axis in space that stand between."""
 TICKS = 5

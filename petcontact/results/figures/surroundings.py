@@ -24,7 +24,7 @@ ARROWS = 24
 LONG, LONGEST = 0.1, 0.15
 """Length of the arrow of a usual traction, and of the longest, over the size of the bodies."""
 THICK = 0.03
-"""Of the edge of obstacles and supports that is drawn, over the size of the bodies."""
+"""Thickness of the drawn edge of obstacles and supports, over the size of the bodies."""
 REACH = 0.15
 """Distance from a body, over the size of the bodies, up to which an obstacle is drawn: beyond it
 would take more room than the bodies."""
@@ -41,7 +41,7 @@ EDGE, CONTACT, LOAD = "0.35", "0.25", COLOURS[3]
 
 
 def size_of(solution: SolutionData) -> float:
-    """Of all bodies: the longer side of the box about them [length]."""
+    """Return the longer side of the box about all bodies [length]."""
     return float(np.ptp(np.vstack([mesh.x for mesh in solution.meshes.values()]), axis=0).max())
 
 

@@ -42,7 +42,7 @@ UNKNOWN = 65535
 FROM_ABOVE = (90.0, -90.0)
 """Elevation and azimuth, x to the right and y up [degrees]."""
 COLOURS = 64
-"""Of a colour map."""
+"""Number of colours of a colour map."""
 Fields = dict[str, Array]
 
 

@@ -167,8 +167,8 @@ class Chart:
 
     @classmethod
     def of(cls, solution: SolutionData, name: str) -> Chart:
-        """Of an interface at the end: unrolled where contact goes round it, else along coordinate
-        axes that lie in it."""
+        """Return the chart of an interface at the end. It is unrolled where contact goes round it,
+        else along coordinate axes that lie in it."""
         pair, unit = solution.pairs[name], solution.problem.units.length
         closed = (
             pair.state != OPEN if np.any(pair.state != OPEN) else np.ones(len(pair.x), dtype=bool)
@@ -255,7 +255,7 @@ def _round(normal: Array, pair: PairResult, closed: Mask) -> tuple[Array, Array]
 
 
 def _name(direction: Array) -> str:
-    """Of a direction: of an axis if it is one."""
+    """Return the name of a direction: that of an axis if it is one, else its components."""
     if direction.max() > NEARLY:
         return "xyz"[int(direction.argmax())]
     return "along ({:g}, {:g}, {:g})".format(*(np.round(direction, 2) + 0.0))

@@ -26,7 +26,7 @@ MAY_BE_INFINITE = ("bound", "friction_bound", "gap")
 
 
 NAMES = ("part", "part_names", "numbers")
-"""Of text; the `part` of a mesh is one of numbers."""
+"""Names of arrays of texts; the `part` of a mesh has numbers."""
 SQUARED = [Stored("", low=-1e154, high=1e154, infinite=infinite) for infinite in (False, True)]
 """Numbers whose squares do not overflow."""
 

@@ -26,14 +26,14 @@ from .zone_words import zones_of
 FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
 HEADINGS = {ENERGY: "energy", "largest slip": "slip"}
-"""Of columns, where they are not the names of numbers."""
+"""Headings of columns that differ from the names of their numbers."""
 SHOWN = 6
 """Steps that a table shows: the first ones and the last."""
 
 
 def pair_lines(tell: Teller) -> list[str]:
-    """Of each interface its law, and what it does: in items after the only step, else in a table
-    of steps."""
+    """Return the law of each interface and what it does: in items after the only step, else in a
+    table of steps."""
     lines, ends = list[str](), tell.ends
     there = ends[-1].pairs if ends else {}
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
@@ -56,7 +56,7 @@ def pair_lines(tell: Teller) -> list[str]:
 def _several(
     tell: Teller, sides: Sequence[PosedInterface], steps: Sequence[StepResult]
 ) -> list[str]:
-    """Of a contact of several parts its law, and a table of what each pair carries."""
+    """Return the law of a contact of several parts, and a table of what each pair carries."""
     contact = sides[0].group
     lines = wrapped(f"  {printable(contact)}: ", [f"{len(sides)} pairs", *law_words(sides[0])])
     for step in steps:

@@ -88,7 +88,7 @@ class Teller:
         return any(number is not None and number.size > 0.0 for number in numbers)
 
     def items(self, step: StepResult, of: str, names: Mapping[str, str]) -> Iterator[str]:
-        """Those of some numbers that there are, by their names, each with the words before it."""
+        """Yield the numbers of `names` that the solution has, each after its words."""
         for name, words in names.items():
             number = self.get(step, of, name)
             if number is not None:

@@ -17,7 +17,7 @@ WIDTH, KEPT = 80, "\xa0"
 UNKNOWN, EXACT = 5, 7
 """Digits of a number whose error is not known or round-off, and the most that are shown."""
 POWERS = {"area": 0, "force": 0, "moment": 1, "volume": 1}
-"""Of length in a unit, beyond that of an area (`weight_power`)."""
+"""Powers of the length in units, beyond that of an area (`weight_power`)."""
 
 
 def digits(error: float, value: float) -> int:

@@ -159,8 +159,10 @@ def fields_inside(
     steps: Sequence[StepResult | None],
     progress: Progress | None = None,
 ) -> Iterator[Field]:
-    """The same after each of some increments, as many at once as memory is meant for;
-    progress is that of all."""
+    """Yield the field of a body after each of some increments, as many at once as memory allows.
+
+    `progress` is called with the share of all of them that is there.
+    """
     # points times increments whose fields are computed together
     count = max(1, 400_000 // max(len(grid[0]), 1))
     for first in range(0, len(steps), count):
@@ -193,7 +195,7 @@ def fields_of_bodies(
     steps: Sequence[StepResult],
     progress: Progress | None = None,
 ) -> dict[str, Iterator[Field]]:
-    """Of some bodies the fields after increment upon increment; progress is that of all."""
+    """Return the fields of some bodies, increment after increment; `progress` is that of all."""
     shares = dict.fromkeys(grids, 0.0)
 
     def told(name: str, share: float) -> None:

@@ -32,7 +32,7 @@ class Places:
 
     @staticmethod
     def joined(pieces: list[tuple[Index, Array]]) -> Places:
-        """Of panels (n,) and the local coordinates (n, k, 2) of their points."""
+        """Return the places of pieces: panels (n,) and local coordinates (n, k, 2) on them."""
         elements = np.concatenate([np.repeat(index, local.shape[1]) for index, local in pieces])
         return Places(elements, np.concatenate([local.reshape(-1, 2) for _, local in pieces]))
 

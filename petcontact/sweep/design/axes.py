@@ -40,8 +40,8 @@ class Axis:
 def make_axes(
     file: SweepFile, problems: Sequence[Mapping[str, object]], source: str
 ) -> tuple[list[Axis], dict[str, str]]:
-    """Those of `cross`, one a key; of `zip`, `sample` and `points`, one each. And the names of
-    their keys.
+    """Return the axes of a sweep, and names of their keys. `cross` has an axis a key; `zip`,
+    `sample` and `points` have one each.
 
     Raises
     ------

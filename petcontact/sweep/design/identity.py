@@ -151,8 +151,8 @@ def _file_digest(path: str, size: int, changed: int) -> str:
 
 
 def file_digest(path: Path) -> str:
-    """Of a regular file's content; empty where it is none or cannot be read, which the case will
-    meet in its turn."""
+    """Return the digest of a regular file's content. It is empty where the file is none or cannot
+    be read; the case will meet that in its turn."""
     try:
         # the content of larger files is not looked at
         facts = regular_file(path, 4_000_000_000).stat()

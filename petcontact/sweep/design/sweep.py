@@ -94,7 +94,7 @@ class Sweep:
 
     @functools.cached_property
     def ids(self) -> list[str]:
-        """Of all cases, by place: readable, the same in every run, names of files, for example
+        """Ids of all cases, by place: readable, the same in every run, and names of files, such as
         ``example1-modified-rho1e3-h0.05``."""
         bases = [
             "-".join(filter(None, (base.problem, base.variant and value_word(base.variant))))

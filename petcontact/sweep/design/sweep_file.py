@@ -21,7 +21,7 @@ LARGEST_POINTS = 200_000_000
 Count = Annotated[int, pydantic.Field(ge=1, le=LARGEST_SWEEP)]
 Keep = Literal["scalars", "contact", "all"]
 Function = Annotated[str, pydantic.Field(pattern=FUNCTION)]
-"""Of Python: "module:function"."""
+"""Name of a function of Python: "module:function"."""
 
 
 class Sample(Model):

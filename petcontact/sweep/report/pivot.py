@@ -22,7 +22,7 @@ OF_CONTACT = ("max_pressure", "contact_area", "slip_length", "max_u_t")
 
 @record
 class Cell:
-    """Some cases in one place of a table.
+    """The cases that share one place of a table.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ class Facts:
 
 
 def _mean(values: Sequence[float]) -> float | None:
-    """Of some numbers; none where one is not there."""
+    """Return the mean of numbers; None where one of them is not there."""
     total = float(sum(values))
     return total / len(values) if values and math.isfinite(total) else None
 

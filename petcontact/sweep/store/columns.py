@@ -83,7 +83,7 @@ def size_of(columns: Columns) -> int:
 
 
 def taken(columns: Columns, rows: Index | Mask) -> Columns:
-    """Some rows, by their numbers or by a mask."""
+    """Return the columns of some rows, given by their numbers or a mask."""
     return {name: values[rows] for name, values in columns.items()}
 
 

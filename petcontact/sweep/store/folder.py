@@ -87,8 +87,8 @@ class SweepFolder:
 
     @contextlib.contextmanager
     def renewing(self) -> Iterator[None]:
-        """Of several runs one after the other renews the table, so that the last one has the rows
-        of all."""
+        """A block in which one run renews the table while others wait, so that the last one has the
+        rows of all."""
         lock = os.open(self.path / ".lock-table", os.O_CREAT | os.O_RDWR, 0o666)
         try:
             with contextlib.suppress(OSError):
