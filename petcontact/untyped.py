@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
     from meshio import Mesh as Mesh
     from numpy.typing import ArrayLike as ArrayLike
+    from pandas import DataFrame as DataFrame
     from petsc4py.PETSc import KSP as KSP
     from petsc4py.PETSc import PC as PC
     from petsc4py.PETSc import Comm as Comm
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from petsc4py.PETSc import Vec as Vec
     from petsc4py.PETSc import Viewer as Viewer
 else:
-    ArrayLike = Axes = Comm = Figure = Group = KSP = Mat = Mesh = PC = object
+    ArrayLike = Axes = Comm = DataFrame = Figure = Group = KSP = Mat = Mesh = PC = object
     ScalarMappable = Vec = Viewer = object
 
 Keyed = dict[str, Any]

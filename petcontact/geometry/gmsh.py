@@ -53,7 +53,7 @@ def gmsh_outline(mesh: Mesh, file: str, axial: bool = False) -> Outline:
     return Outline(oriented(_loops(lines, points, file)))
 
 
-def read_msh(file: str) -> object:
+def read_msh(file: str) -> Mesh:
     """The mesh of a Gmsh file, as meshio has it.
 
     Raises

@@ -14,7 +14,7 @@ FLAT = ("triangle", "quad")
 """Beginnings of the types of plane cells."""
 
 
-def body_of(mesh: Mesh, file: str, name: str) -> object:
+def body_of(mesh: Mesh, file: str, name: str) -> Mesh:
     """Return the mesh of one body.
 
     It has the cells of the physical surface and all lines, in space the cells of the physical
@@ -60,7 +60,7 @@ def bodies_of(mesh: Mesh) -> dict[str, int]:
     return {str(name): int(tag) for name, (tag, own) in mesh.field_data.items() if own == dim}
 
 
-def _kept(mesh: Mesh, kept: list[Mask]) -> object:
+def _kept(mesh: Mesh, kept: list[Mask]) -> Mesh:
     """Return the mesh of some cells, with their tags."""
     import meshio
 

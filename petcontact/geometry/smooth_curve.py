@@ -7,7 +7,7 @@ import itertools
 import math
 import warnings
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -65,7 +65,10 @@ def smoothest(
     return fit(most := smooth**2 * math.exp(low)), most
 
 
-def quiet(build: Any, *arguments: object, **options: object) -> Any:
+T = TypeVar("T")
+
+
+def quiet(build: Callable[..., T], *arguments: object, **options: object) -> T:
     """A spline of FITPACK, whose warnings are about sums of squares that no caller gave."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

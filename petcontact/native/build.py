@@ -19,7 +19,6 @@ import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
 FLAGS = [
@@ -109,6 +108,7 @@ def _run(words: list[str]) -> None:
 
 
 try:
+    from setuptools import Extension
     from setuptools.command.build_ext import build_ext
 except ImportError:  # scripts/setup: only the library is wanted
     pass
@@ -117,7 +117,7 @@ else:
     class BuildKernels(build_ext):
         """The command of setuptools that compiles extension modules."""
 
-        def build_extension(self, ext: Any) -> None:
+        def build_extension(self, ext: Extension) -> None:
             """Instead of one file after another by distutils; in place where nothing is copied."""
             library = Path(self.get_ext_fullpath(ext.name))
             if self.editable_mode:

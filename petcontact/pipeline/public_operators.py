@@ -25,7 +25,7 @@ from ..results.records import BodyResult
 from ..runtime.petsc import options
 from ..runtime.ranks import begin_together
 from ..runtime.world import world
-from ..untyped import ArrayLike, Comm, Keyed
+from ..untyped import ArrayLike, Comm, Keyed, Mat
 from .eliminate import eliminated, eliminated_alone
 from .pose.discretise import Discrete, discretise
 from .run import described
@@ -81,7 +81,7 @@ class BodyOperators:
         return single.reshape(d * n, -1) / operators.traction_scale, double.reshape(d * n, -1)
 
     def solve(
-        self, sigma: ArrayLike | None = None, state: int = -1, alpha: object = None
+        self, sigma: ArrayLike | None = None, state: int = -1, alpha: ArrayLike | None = None
     ) -> tuple[Array, Array]:
         """Displacement [length] and traction [stress] (n, d) on the boundary under the loads and
         given contact tractions.
@@ -117,7 +117,7 @@ class BodyOperators:
         shares = {step or len(body.loads): 1.0}
         return BodyFields(body, mesh, BodyResult(u, traction), volume, elsewhere, shares).at(points)
 
-    def petsc(self, name: str, comm: Comm = None) -> object:
+    def petsc(self, name: str, comm: Comm = None) -> Mat:
         """G, H or S of the contact directions as a dense PETSc Mat by rows over the ranks.
 
         Raises
@@ -213,7 +213,7 @@ class Operators:
             self._system.operator.apply(np.asarray(sigma, dtype=float).reshape(len(self.x), -1))
         )
 
-    def petsc(self, name: str = "S", comm: Comm = None) -> object:
+    def petsc(self, name: str = "S", comm: Comm = None) -> Mat:
         """S as a dense PETSc Mat by rows over the ranks."""
         return distributed(_named(name, {"S": lambda: self.S}), comm)
 

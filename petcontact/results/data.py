@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..record import field, record, replace
 from ..refinement.zones import Zone, zones_of
 from ..runtime.hints import Listed
-from ..untyped import Keyed
+from ..untyped import DataFrame, Keyed
 from .evaluated import Evaluated
 from .numbers.errors import with_errors
 from .numbers.number import Number
@@ -220,7 +220,7 @@ class SolutionData(Evaluated):
         """Return the solution up to an increment, by its number from 1 on."""
         return replace(self, steps=self.steps[:number], failed=None)
 
-    def to_dataframe(self, step: StepResult | int | None = None) -> Any:
+    def to_dataframe(self, step: StepResult | int | None = None) -> DataFrame:
         """The nodes of all interfaces after an increment, the last one by default, as a pandas
         table.
 

@@ -11,7 +11,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from types import FrameType
-from typing import Any
 
 from ..errors import PetcontactError
 from ..untyped import Comm
@@ -57,7 +56,7 @@ def _handle(number: int, frame: FrameType | None) -> None:
         raise Interrupted(number)
 
 
-def _swallowed(unraisable: Any) -> None:
+def _swallowed(unraisable: sys.UnraisableHookArgs) -> None:
     """What a library or the garbage collector could not pass on: a signal waits for the next block
     that holds them back."""
     if isinstance(unraisable.exc_value, Interrupted):

@@ -63,7 +63,7 @@ def draw_space(figure: Figure, solution: SolutionData) -> None:
 
 def _both_sides(
     figure: Figure, solution: SolutionData, bodies: Mapping[str, Sampled], colours: ScalarMappable
-) -> list[object]:
+) -> list[Axes]:
     """Bodies and loads from opposite sides: what one picture hides the other one shows."""
     up, round_ = best_view(solution)
     views = []
@@ -80,7 +80,7 @@ def _both_sides(
 def _titles(
     figure: Figure,
     solution: SolutionData,
-    views: list[object],
+    views: list[Axes],
     bodies: Mapping[str, Sampled],
     parts: list[LabelledPart],
 ) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from ...contact.law_protocol import OPEN
 from ...errors import InputError
 from ...runtime.figure_style import SIZE, save_all, style
 from ...runtime.hints import among, demand_name
+from ...untyped import Axes, Figure
 from ..data import SolutionData
 from ..records import PairResult, step_ends
 from ..vtu.inner_fields import filled_bodies
@@ -146,7 +146,9 @@ OF_DIMENSION: dict[int, Drawings] = {
 }
 
 
-def plot_on(solution: SolutionData, place: object = None, view: View | None = None) -> Any:
+def plot_on(
+    solution: SolutionData, place: Axes | Figure | None = None, view: View | None = None
+) -> Axes:
     """Draw the bodies as they were and as they are on given axes, or on those of a figure, a new
     one by default; returns the axes. In a view that other drawings share, where one is given."""
     dim = next(iter(solution.meshes.values())).dim

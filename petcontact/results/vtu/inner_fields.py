@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import meshio
 import numpy as np
@@ -20,6 +20,7 @@ from ...geometry.crossings import winding
 from ...geometry.rotation import lifted
 from ...given.tables.units import Units
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh
 from ..data import SolutionData
 from ..records import StepResult
@@ -210,8 +211,8 @@ def fields_of_bodies(
 
 
 @functools.singledispatch
-def _grid(mesh: Any, resolution: Any, window: Window | None) -> Grid:
-    return triangulate(mesh, resolution, window)
+def _grid(mesh: BoundaryMesh, resolution: tuple[int, ...], window: Window | None) -> Grid:
+    return triangulate(as_curve(mesh), (resolution[0], resolution[1]), window)
 
 
 @_grid.register

@@ -21,7 +21,7 @@ from ...errors import InputError, OutputError, ResultError
 from ...record import record
 from ...results.format.container import write_atomically
 from ...results.solution import Solution, read_result
-from ...untyped import Keyed
+from ...untyped import DataFrame, Keyed
 from ..design.identity import Identity
 from ..design.sweep import Sweep
 from .columns import Column, Columns, columns_of, size_of, stacked, taken, texts
@@ -213,7 +213,7 @@ def read_case_table(path: str | Path) -> CaseTable:
     )
 
 
-def load_sweep(path: str | Path) -> object:
+def load_sweep(path: str | Path) -> DataFrame | Columns:
     """The table of a sweep, a row a case: coordinates, status and quantities.
 
     Parameters
