@@ -179,8 +179,7 @@ def _targets(arguments: argparse.Namespace, case: Problem) -> tuple[Path, Path]:
         )
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     inputs = read_files(arguments.config, case)
-    again = is_replaced(arguments, output)
-    check_target(output, replace=again, inputs=inputs, longest=longest)
+    check_target(output, replace=is_replaced(arguments, output), inputs=inputs, longest=longest)
     pictures = Path(arguments.figures) if arguments.figures else output.parent
     if pictures.exists() and not pictures.is_dir():
         raise InputError(f"--figures {pictures}: is a file, and figures need a folder")

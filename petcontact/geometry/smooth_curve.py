@@ -155,8 +155,7 @@ class SmoothCurve:
             again = self._spline(own + noise[:, None] * across, u, squares)
             return float(_bends(again, places).mean())
 
-        points = self._given[0]
-        return noise_of(u, points, across, self.smooth, bend if reach else None)
+        return noise_of(u, self._given[0], across, self.smooth, bend if reach else None)
 
     @property
     def reach(self) -> tuple[float, float]:

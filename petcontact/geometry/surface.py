@@ -176,8 +176,7 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     _check_shapes(points, cells, source)
     flip = _orientation(points, cells, source)
     cells[flip] = _reversed(cells[flip])
-    bodies = _components(cells[:, :4])
-    cells = _outward(points, cells, bodies, source)
+    cells = _outward(points, cells, _components(cells[:, :4]), source)
     place = first_crossing(points, _triangles(cells)[0])
     if place is not None:
         raise InputError(f"{source}: the surface crosses itself near {shown(place)}")
@@ -186,8 +185,7 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
 
 def _check_points(points: Array, source: str) -> None:
     size = float(np.ptp(points, axis=0).max())
-    tree = scipy.spatial.cKDTree(points)
-    pairs = tree.query_pairs(CHAINED * size, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(points).query_pairs(CHAINED * size, output_type="ndarray")
     if len(pairs):
         raise InputError(
             f"{source}: {shown(points[pairs[0, 0]])} is given by two nodes ({len(pairs)} such "

@@ -72,8 +72,7 @@ class BlockedLU:
         self._inverses = np.empty((self._n, PANEL))
         for first in starts:
             self._factorised(first)
-            after = self._place(first + BLOCK)
-            self._updated(first, self._columns[after:])
+            self._updated(first, self._columns[self._place(first + BLOCK) :])
         petsc().Log.logFlops(2.0 / 3.0 * self._n**3 / self._ranks)
 
     def _place(self, first: int) -> int:

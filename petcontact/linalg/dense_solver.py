@@ -81,8 +81,7 @@ class DenseSolver(SolverFront):
         SolverError
             If the matrix is singular, or the solution not finite.
         """
-        own = rhs[slice(*self._matrix.getOwnershipRange())]
-        return np.asarray(self._solver.solved(own))
+        return np.asarray(self._solver.solved(rhs[slice(*self._matrix.getOwnershipRange())]))
 
     def close(self) -> None:
         """Free every PETSc object."""

@@ -226,8 +226,7 @@ class LinearSolver:
         was `begun` with each B, and its y (c, ...). Collective."""
         if self._blocked is not None:
             return self._blocked.combined(*pairs)
-        parts = [begun.T @ y for begun, y in pairs]
-        return everywhere(np.sum(parts, axis=0), self._comm)
+        return everywhere(np.sum([begun.T @ y for begun, y in pairs], axis=0), self._comm)
 
     def owned(self, item: T) -> T:
         """A PETSc object that lives as long as this solver."""

@@ -84,5 +84,4 @@ class Krylov(SolverFront):
         self._solver.close()
 
     def _whole(self, vector: Vec) -> Array:
-        own = vector.getArray(readonly=True)
-        return everywhere(own, self._comm).reshape(self._shape)
+        return everywhere(vector.getArray(readonly=True), self._comm).reshape(self._shape)

@@ -81,8 +81,7 @@ def lagrange(order: int, s: Array) -> Array:
 
 def lagrange_slopes(order: int, s: Array) -> Array:
     """Return the derivatives L_b'(s) of the Lagrange polynomials, (p+1, k)."""
-    legendre_series = lagrange_coefficients(order).T
-    slopes = np.polynomial.legendre.legder(legendre_series)
+    slopes = np.polynomial.legendre.legder(lagrange_coefficients(order).T)
     return np.asarray(slopes.T @ legendre(max(order - 1, 0), np.asarray(s, dtype=np.float64)))
 
 

@@ -147,8 +147,7 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
     """The operators of a body, and the rigid motions (n, d, r) that no condition holds."""
     mesh, data, posed = discrete.meshes[number], discrete.data[number], discrete.posed
     kernel = kernel_for(mesh, posed.bodies[number].material, resolved_bem(posed.bem).quadrature_tol)
-    operators = BoundaryOperators(mesh, data, kernel)
-    return operators, discrete.motions[number]
+    return BoundaryOperators(mesh, data, kernel), discrete.motions[number]
 
 
 def eliminated_alone(discrete: Discrete, number: int, comm: Comm) -> ElasticBody:

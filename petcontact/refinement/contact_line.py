@@ -227,8 +227,7 @@ def transition(line: ContactLine, k: int) -> float:
     reach = direction * (
         (_border(line, far_end) if far_end < len(line.s) else line.breaks[-1]) - border
     )
-    nearest = float(r[0])
-    chosen = (r < 0.2 * reach) & (r > min(8.0 * nearest, 0.03 * reach))
+    chosen = (r < 0.2 * reach) & (r > min(8.0 * float(r[0]), 0.03 * reach))
     if np.count_nonzero(chosen) < 4:
         chosen = np.arange(len(r)) < 4
     degree = min(3, int(np.count_nonzero(chosen)) - 1)

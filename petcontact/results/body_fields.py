@@ -158,8 +158,7 @@ class BodyFields:
     ) -> StressState:
         """Return the field with what volume loads add to u and to the stress."""
         stress = stress + loads[1]
-        material = self.body.material
-        across = stress_across(self.mesh, x, u + loads[0], stress, material, loads[2])
+        across = stress_across(self.mesh, x, u + loads[0], stress, self.body.material, loads[2])
         return StressState(x, u + loads[0], self.mesh.with_hoop(stress, across), across)
 
 

@@ -281,8 +281,7 @@ class _Worker:
 
     def _compute(self, place: int) -> None:
         """One case from its config to its record."""
-        group = int(self.groups.of_case[place])
-        self._prepare(group, place)
+        self._prepare(int(self.groups.of_case[place]), place)
         prepared, reason, case = self._prepared, self._reason, None
         solution: Solution | None = None
         try:

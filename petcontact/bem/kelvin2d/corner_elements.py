@@ -60,8 +60,7 @@ def corner_columns(
         # the force next to the corner, whose centroid is closer to it than any node
         stress[0] = 0.0
         force = own * float(mesh.length[number]) * (ends[1] / own) ** power / power
-        share = ends[1] * power / (1.0 + power)
-        points = _on_element(mesh, number, np.array([share]))
+        points = _on_element(mesh, number, np.array([ends[1] * power / (1.0 + power)]))
         gain_g = np.einsum("ijkm,k->ijm", shaped_g, stress.ravel()) - constant_g[:, :, 0]
         for j, unit in enumerate(np.eye(kernel.dim)):
             gain_g[:, j] += kernel.point_displacement(

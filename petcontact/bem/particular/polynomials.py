@@ -100,8 +100,7 @@ class BodyBox:
     def across(self, axis: Sequence[float] | None) -> Array:
         """The part of a vector across an axis of rotation, in space that along z by default, (d,
         d)."""
-        d = len(self.centre)
-        if d == 2:
+        if len(self.centre) == 2:
             return np.eye(2)
         along = np.array(axis or (0.0, 0.0, 1.0))
         return np.asarray(np.eye(3) - np.outer(along, along) / (along @ along))

@@ -75,8 +75,7 @@ class HierarchicalBody(ElasticBody):
         """Return S t, by one solve for each column [length]."""
         if traction.ndim > 1:
             return np.column_stack([self.apply(column) for column in traction.T])
-        still = np.zeros(self.data.states)
-        moved = self.joint.moved_by(self._number, traction, still).z
+        moved = self.joint.moved_by(self._number, traction, np.zeros(self.data.states)).z
         return np.asarray(moved[self.joint.unknowns_of(self._number)].ravel())
 
     def unknowns(self, shares: Array, traction: Array) -> Array:

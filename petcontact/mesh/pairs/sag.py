@@ -30,8 +30,7 @@ def sag(faces: Faces) -> Array:
     0.00308
     """
     number, start, end = faces.rims()
-    middle = 0.5 * (start + end)
-    x, normal = faces.at(number, middle)
+    x, normal = faces.at(number, 0.5 * (start + end))
     count = np.bincount(number, minlength=len(faces))
     centre = np.column_stack([np.bincount(number, column, len(faces)) / count for column in x.T])
     reach = np.linalg.norm(x - centre[number], axis=1)

@@ -94,8 +94,7 @@ def draw_outlines(axes: Axes, solution: SolutionData, view: View) -> None:
     axes.plot([], [], ls="", label=view.text)
     for name, pair in solution.pairs.items():
         shown = np.where(pair.state == OPEN, -1, pair.state)
-        friction = bool(pair.bound.any())
-        draw_states(axes, moved(solution, name, factor), shown, friction=friction)
+        draw_states(axes, moved(solution, name, factor), shown, friction=bool(pair.bound.any()))
 
 
 def place(axes: Axes, solution: SolutionData) -> None:
