@@ -17,7 +17,7 @@ from ...fields.boundary.places import located, sizes
 from ..contact_zones import in_doubt
 from ..evaluated import Evaluated
 from ..records import PairResult
-from ..strength.strengths import beside
+from ..strength.strengths import beside, growth
 from .number import DISPLACEMENT, Key, Number
 from .peaks import stress_name
 from .printed import end_of
@@ -96,6 +96,8 @@ def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) ->
     assert number.place is not None
     x, now = np.vstack([mesh.x[nodes], number.place]), np.append(now[rows], number.value)
     change = np.abs(_carried(coarser, number.of, before, x) - now)
+    if number.unit == "stress":
+        change *= np.fmax(growth(solution, end_of(solution, number), body, x)[1], 1.0)
     if not np.isfinite(change).any():
         return float(now.max(initial=0.0))
     at = located(mesh, x[-1:], part, within=sizes(mesh))[0]
