@@ -112,12 +112,14 @@ class _OfStep:
         # what rigid motions and coordinates leave by round-off is no slip, and its work no energy
         moved = float(np.abs(self._step.bodies[body].u).max(initial=0.0))
         moved += float(np.abs(pair.x).max(initial=0.0)) * EPS / SOLVED
+        # nor is what a method leaves of the law of friction
+        far = max(far, moved * (rest := self._step.residuals.get("tangential", 0.0)))
         yield self._largest("largest slip", name, lengths(pair.slip) * closed, "length", moved, far)
         spent, left = (
             sum(getattr(each.pairs[name], key) for each in self._increments)
             for key in ("dissipated", "dissipated_error")
         )
-        left = np.nan_to_num(left) + taken
+        left = np.nan_to_num(left) + taken + moved * force * rest
         yield self._number(ENERGY, name, spent, "moment", moved * force, alone=left)
 
     def _contact(self, name: str) -> tuple[BoundaryMesh, Index, PairResult, float]:
