@@ -28,6 +28,9 @@ from .long_contacts import LEFT, LaidBands, Long, followed
 
 ERRORS = (0.052, 0.033, 0.023)
 """Change of p by one more line, with none, one and two lines before, of Hertz' ellipse 1:20."""
+SLICED = 2.0
+"""Least length over width of contacts that are no ellipses, for which slices are a forecast [-]: a
+crowned roller of 2.1 has an error of p of 2 % on its second band, and none below 7 % without."""
 Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
 
 
@@ -305,6 +308,7 @@ def _overlap(shape: _Shape, pair: PairResult) -> float:
 
 
 def _is_long(forecast: Forecast) -> bool:
-    """Return whether a contact is longer than an ellipse that rings surround."""
+    """Return whether a contact is longer than an ellipse that rings surround, or no ellipse."""
     low, high = forecast.ends
-    return high - low > 2.0 * ELONGATED * forecast.usual
+    ratio = ELONGATED if forecast.elliptic else SLICED
+    return high - low > 2.0 * ratio * forecast.usual

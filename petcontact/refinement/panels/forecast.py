@@ -84,6 +84,8 @@ class Forecast:
         Whether it ends there at a rim or a jump of the gap, where p is infinite.
     approach : float
         [length]
+    elliptic : bool
+        Whether contact is Hertz' ellipse.
     """
 
     s: Array
@@ -92,6 +94,7 @@ class Forecast:
     ends: tuple[float, float]
     sharp: tuple[bool, bool]
     approach: float
+    elliptic: bool = False
 
     @property
     def usual(self) -> float:
@@ -146,7 +149,8 @@ def _ellipse(ridge: Ridge, force: float, modulus: float) -> Forecast | None:
     half = a * np.sqrt(np.maximum(1.0 - (at / b) ** 2, 0.0))
     load = 0.75 * force / b * np.maximum(1.0 - (at / b) ** 2, 0.0)
     middle = float(ridge.s[least])
-    return Forecast(middle + at, half, load, (middle - b, middle + b), (False, False), approach)
+    ends = middle - b, middle + b
+    return Forecast(middle + at, half, load, ends, (False, False), approach, elliptic=True)
 
 
 def _sliced(ridge: Ridge, places: Array, force: float, modulus: float) -> Forecast:

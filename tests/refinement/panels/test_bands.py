@@ -57,6 +57,7 @@ def test_slices_follow_an_ellipse():
     assert exact.half.max() == pytest.approx(a)
     _, _, sliced = expected("10*x**2 + 0.025*y**2 + 1e-3*y**4")
     _, _, less = expected("10*x**2 + 0.025*y**2 + 1e-9*y**4")
+    assert exact.elliptic and not expected("10*x**2 + y**4")[2].elliptic
     assert less.approach == pytest.approx(approach)
     assert sliced.ends[1] - sliced.ends[0] < 2.0 * b
 
