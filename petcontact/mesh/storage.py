@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import fields, replace
-from typing import Any
 
 import h5py
 import numpy as np
@@ -38,7 +37,8 @@ def write_mesh(group: Group, mesh: BoundaryMesh) -> None:
 
 
 @functools.singledispatch
-def _write(mesh: Any, group: Group) -> None:
+def _write(mesh: BoundaryMesh, group: Group) -> None:
+    mesh = as_curve(mesh)
     vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
     group["vertices"] = vertices
     group["elements"] = numbers.reshape(2, -1).T

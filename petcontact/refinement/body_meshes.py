@@ -135,10 +135,9 @@ def _(boundary: RoundSurface, body: Body) -> SurfaceMesh:
 @_mesh.register
 def _(boundary: FacetSurface, body: Body) -> SurfaceMesh:
     order = _order(body.mesh)
-    keys = ("element_size", *BOX_KEYS)
     _refuse(
         body.mesh,
-        keys,
+        ("element_size", *BOX_KEYS),
         "the facets of a surface from a file are its panels; mesh it finer in Gmsh",
     )
     _check_size(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from ...geometry.arcs import feet_on_arcs
 from ...linalg.nearest import within as within_reach
 from ...mesh.basis import best_slopes
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import as_curve
 from ...mesh.panels import reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
@@ -109,7 +109,7 @@ def meeting(
 
 @functools.singledispatch
 def _on(
-    mesh: Any, element: Index, x: Array, row: Index, reach: Array
+    mesh: BoundaryMesh, element: Index, x: Array, row: Index, reach: Array
 ) -> tuple[Array, Array, Array]:
     """Return the feet of points (q, d) on elements (q,): place, distance and depth.
 
@@ -117,6 +117,7 @@ def _on(
     negative outside. Points with one number `row`, increasing (q,), are one point, of which the
     nearest element within its reach (q,) is looked for; others need no feet.
     """
+    mesh = as_curve(mesh)
     shapes = mesh.start, mesh.end, mesh.curvature, mesh.half_angle, mesh.direction
     place, distance = feet_on_arcs(x, *(values[element] for values in shapes))
     return np.clip(place, 0.0, 1.0), distance, np.minimum(place, 1.0 - place)
