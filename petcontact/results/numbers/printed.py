@@ -31,7 +31,7 @@ first in the elements with the largest values at nodes, then in the best of them
 a place that is 1/64 of an element away leaves 0.1 % of what the function varies by in it."""
 HALVES = np.linspace(0.0, 1.0, 3)
 """Places along each direction of an element, besides its nodes, at which its displacement is looked
-at: it is largest at corners, where no node lies."""
+at first: it is largest at corners, where no node lies."""
 HELD = ("displacement", "symmetry", "periodic")
 """Conditions that hold a part."""
 
@@ -201,7 +201,13 @@ class _OfStep:
         """Yield the largest displacement of each body; it may lie between nodes, as at corners."""
         for name, result in self._step.bodies.items():
             mesh = self._solution.meshes[name]
-            number, at, u = between_nodes(mesh, np.arange(mesh.n_elements), HALVES, result.u)
+            number, _, u = between_nodes(mesh, np.arange(mesh.n_elements), HALVES, result.u)
+            most = np.zeros(mesh.n_elements)
+            np.maximum.at(most, mesh.element, np.linalg.norm(result.u, axis=1))
+            np.maximum.at(most, number, np.linalg.norm(u, axis=1))
+            most = (-most / (most.max() or 1.0)).astype(np.float32)  # of equal ones the first
+            best = most.argsort(kind="stable")[: LOOKED_AT[0]]
+            number, at, u = between_nodes(mesh, best, np.linspace(0.0, 1.0, ACROSS[1]), result.u)
             size = np.linalg.norm(np.vstack([result.u, u]), axis=1)
             k = first_largest(size)
             element = np.append(mesh.element, number)[k]
