@@ -29,6 +29,10 @@ from .stress_samples import FINEST
 BESIDE, INSIDE = 4, 0.2
 """Places at which a stress is compared on the boundary, the nearest that there are, and how far
 apart they lie inside, over the distance to the boundary: stress varies no faster there."""
+RIVAL = 0.5 * TOP
+"""As `TOP`, of what may be a top: whether something larger lies as far away as that hangs on where
+the samples of a mesh are. A first principal stress of 0.0043 was found with errors of 1e-2, 1e-3
+and 1e-5, not of 1e-4."""
 
 
 @record
@@ -167,7 +171,7 @@ def _places(
     reach = np.full(len(stress), np.ptp(mesh.x, axis=0).max() * (number.beside is None))
     for each in singular_places(solution, end)[number.of]:
         r = each.away(state.x)
-        reach = np.minimum(reach, np.where(r < RING * each.distance, 0.0, TOP * r))
+        reach = np.minimum(reach, np.where(r < RING * each.distance, 0.0, RIVAL * r))
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
     rows = np.append(beside, np.arange(len(stress)))
     x, spread = np.vstack([place, state.x[rows]]), _spread(element, stress)[rows]
