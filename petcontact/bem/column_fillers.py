@@ -128,5 +128,6 @@ class CompiledFiller:
     ) -> None:
         """As in `ColumnFiller`."""
         rows, columns = native.contiguous(rows, np.int64), native.contiguous(columns, np.int64)
-        counted = len(rows), rows, len(columns), columns
-        self._function(self._record.address, *counted, system, right_hand_sides)
+        self._function(
+            self._record.address, len(rows), rows, len(columns), columns, system, right_hand_sides
+        )

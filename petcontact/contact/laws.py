@@ -224,8 +224,16 @@ class SignoriniCoulomb:
     ) -> None:
         """Compute those of the law's arrays at τ that are given."""
         self._check(tau)
-        filled = projection, derivative, states, *(linearised or (None, None, None))
-        _COULOMB(len(tau), self.k, native.contiguous(tau), *self._given, *filled)
+        _COULOMB(
+            len(tau),
+            self.k,
+            native.contiguous(tau),
+            *self._given,
+            projection,
+            derivative,
+            states,
+            *(linearised or (None, None, None)),
+        )
 
     def _check(self, vectors: Array) -> None:
         if self.k not in (2, 3) or vectors.shape != (len(self.bound), self.k):

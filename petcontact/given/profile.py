@@ -43,10 +43,7 @@ class Profile(Shape):
 
     is_bore: bool = field(default=False, kw_only=True)
 
-    @property
-    def dim(self) -> int:
-        """2."""
-        return 2
+    dim = 2
 
     @property
     def is_open(self) -> bool:
@@ -303,10 +300,7 @@ class Extruded(Shape):
     section: Shape
     axes: Sequence[tuple[float, ...]]
 
-    @property
-    def dim(self) -> int:
-        """3."""
-        return 3
+    dim = 3
 
     def _across(self, x: Array, ray: Array) -> tuple[Array, Array, Array]:
         """Return points and unit vectors (m, 2) in the plane, and what these were shortened by."""

@@ -42,10 +42,7 @@ class RoundedBox(Shape):
     centre: tuple[float, ...] = (0.0, 0.0, 0.0)
     turn: tuple[float, ...] = (0.0, 0.0, 0.0)
 
-    @property
-    def dim(self) -> int:
-        """3."""
-        return 3
+    dim = 3
 
     def crossing(self, x: Array, ray: Array) -> Crossing:
         """Return where lines through points (m, 3) along unit vectors (m, 3) cross it."""

@@ -80,9 +80,7 @@ class HalfSpace(Shape):
     def dim(self) -> int:
         return len(self.normal)
 
-    @property
-    def degree(self) -> float:
-        return 1.0
+    degree = 1.0
 
     def crossing(self, x: Array, ray: Array) -> Crossing:
         normal = np.array(self.normal) / np.linalg.norm(self.normal)
@@ -101,9 +99,7 @@ class Rod(Shape):
     radius: float
     is_bore: bool = False
 
-    @property
-    def dim(self) -> int:
-        return 3
+    dim = 3
 
     def crossing(self, x: Array, ray: Array) -> Crossing:
         length = math.dist(self.start, self.end)

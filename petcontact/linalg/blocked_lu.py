@@ -116,10 +116,19 @@ class BlockedLU:
     def _update(self, first: int, block: Array, columns: Array) -> None:
         """What a factorised block does to whole columns (c, n), in their place."""
         if len(columns):
-            factors = native.pointer(block), block.strides[0] // block.itemsize
-            swaps = self._inverses[first:], self._pivots[first:], self._n - first, len(block)
-            below = native.pointer(columns[:, first:]), self._n, len(columns)
-            _update(*factors, *swaps, *below, np.empty(PANEL * len(columns)), _routines()[1])
+            _update(
+                native.pointer(block),
+                block.strides[0] // block.itemsize,
+                self._inverses[first:],
+                self._pivots[first:],
+                self._n - first,
+                len(block),
+                native.pointer(columns[:, first:]),
+                self._n,
+                len(columns),
+                np.empty(PANEL * len(columns)),
+                _routines()[1],
+            )
 
     def begun(self, rhs: Array) -> Array:
         """L⁻¹ P of right-hand sides, this rank's columns of it (c', n). Collective.

@@ -121,8 +121,9 @@ class Elimination:
         """x (n,) for loads weighted by `shares` (K,) and y (k,). Collective."""
         result = np.empty(self._size)
         for block, load in zip(self._blocks, self._loads, strict=True):
-            pairs = (load, shares), (block.contact, y[block.own])
-            result[block.unknowns] = block.solver.combined(*pairs)
+            result[block.unknowns] = block.solver.combined(
+                (load, shares), (block.contact, y[block.own])
+            )
         return result
 
     def solve(self, rhs: Array) -> Array:

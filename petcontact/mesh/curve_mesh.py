@@ -196,8 +196,13 @@ class CurveMesh(BoundaryMesh):
 
     def at(self, element: Index, place: Array) -> tuple[Array, Array]:
         """See `BoundaryMesh.at`; places are fractions (q,) of the arc lengths of elements."""
-        ends = self.start[element], self.end[element], self.half_angle[element]
-        return on_arcs(*ends, 2.0 * place - 1.0, self.direction[element])
+        return on_arcs(
+            self.start[element],
+            self.end[element],
+            self.half_angle[element],
+            2.0 * place - 1.0,
+            self.direction[element],
+        )
 
     def arc_lengths(self, element: Index, place: Array) -> Array:
         """Return the arc lengths along their parts of positions on elements (q,) [length]."""

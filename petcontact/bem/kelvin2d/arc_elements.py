@@ -58,8 +58,9 @@ class Arcs(Segments, Rows):
         angle = half_angles(2.0 * chord.half, curvature)
         rise = chord.half * np.tan(0.5 * angle)
         middle: Complex = chord.middle - 1j * chord.tangent * rise
-        ends = chord.start, chord.end
-        return Arcs(*ends, middle, chord.tangent, angle / curvature, angle, curvature)
+        return Arcs(
+            chord.start, chord.end, middle, chord.tangent, angle / curvature, angle, curvature
+        )
 
     def coordinates(self, point: Complex) -> tuple[Array, Array, Array]:
         """Return ξ+1, ξ-1 and h, (n,), of one target for each arc. Each is accurate close to the

@@ -52,8 +52,9 @@ def field_inside(
         ℓ, which scales the argument of the logarithm [length].
     """
     n, m, states = len(elements.index), len(targets.point), u.shape[2]
-    constants = poisson_ratio, length, 1.0 / length
-    record = native.Struct(ELEMENTS, *element_members(elements, elements.index, *constants))
+    record = native.Struct(
+        ELEMENTS, *element_members(elements, elements.index, poisson_ratio, length, 1.0 / length)
+    )
     points = native.Struct(NODES_OF, *point_members(targets))
     u, traction = native.contiguous(u), native.contiguous(traction)
     field = np.zeros((m, 2, states)), np.zeros((m, 3, states)), np.zeros(m)
@@ -63,8 +64,14 @@ def field_inside(
     for curved in (False, True):
         element, row = np.nonzero(close & (elements.curved == curved)[:, None])
         if len(element):
-            data = elements.take(element), u[element], traction[element], poisson_ratio
-            field[1][:] += _close(row, targets.point, *data)
+            field[1][:] += _close(
+                row,
+                targets.point,
+                elements.take(element),
+                u[element],
+                traction[element],
+                poisson_ratio,
+            )
     return field
 
 

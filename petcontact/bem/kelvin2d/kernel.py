@@ -46,5 +46,4 @@ class Kelvin2D(Kernel):
         self, targets: Targets, elements: Elements, u: Array, traction: Array
     ) -> tuple[Array, Array, Array]:
         """As in `Kernel`."""
-        constants = self.poisson_ratio, self.unit_length
-        return field_inside(targets, elements, u, traction, *constants)
+        return field_inside(targets, elements, u, traction, self.poisson_ratio, self.unit_length)

@@ -247,8 +247,21 @@ class JumpingSolution:
             start, end, curvature = pieces.border(number)
             k = len(start)
             none = np.zeros(k, dtype=np.int64)
-            border = (start, end, curvature, none + ORDER, none, np.arange(k), np.zeros(k))
-            made = kind(*border, ("border",), mesh.unit_length) if k else None
+            made = (
+                kind(
+                    start,
+                    end,
+                    curvature,
+                    none + ORDER,
+                    none,
+                    np.arange(k),
+                    np.zeros(k),
+                    ("border",),
+                    mesh.unit_length,
+                )
+                if k
+                else None
+            )
             borders.append(made)
         return cls(solutions[0].material, pieces, tuple(solutions), tuple(expected), tuple(borders))
 

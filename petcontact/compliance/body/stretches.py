@@ -65,9 +65,13 @@ def stretches_of(
     stretches = []
     for first, last in runs(mesh, repeated(mesh) & equal):
         if _repeats(mesh, operators, first, last):
-            bounds = int(mesh.first_node[first]), int(mesh.first_node[last])
             stretches.append(
-                Stretch(*bounds, int(mesh.order[first]) + 1, bool(same[first : last - 1].all()))
+                Stretch(
+                    int(mesh.first_node[first]),
+                    int(mesh.first_node[last]),
+                    int(mesh.order[first]) + 1,
+                    bool(same[first : last - 1].all()),
+                )
             )
     return stretches
 

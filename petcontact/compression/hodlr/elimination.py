@@ -234,8 +234,17 @@ def _eliminated(cluster: Cluster, children: list[Schur]) -> _Eliminated:
         f = np.hstack([f[row], e[row[:, None], late_column]])
         g = np.vstack([g[:, column], late[:, column]])
     forth = inverse @ f
-    active = rows[row], columns[column], rows[late_row], columns[late_column]
-    return _Eliminated(len(block), Schur(kept, d - g @ forth), inverse, forth, g, *active)
+    return _Eliminated(
+        len(block),
+        Schur(kept, d - g @ forth),
+        inverse,
+        forth,
+        g,
+        rows[row],
+        columns[column],
+        rows[late_row],
+        columns[late_column],
+    )
 
 
 def _assemble(cluster: Cluster, children: list[Schur]) -> Array:

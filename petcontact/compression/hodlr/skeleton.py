@@ -128,8 +128,15 @@ class Operator:
 
     def with_columns(self, entries: Entries, column_offsets: Index) -> Operator:
         """Return another operator with the same rows."""
-        arguments = self.curves.points, self.row_axis.offsets, column_offsets, self.breaks
-        return Operator(entries, *arguments, self.tolerance, self.translations.shared())
+        return Operator(
+            entries,
+            self.curves.points,
+            self.row_axis.offsets,
+            column_offsets,
+            self.breaks,
+            self.tolerance,
+            self.translations.shared(),
+        )
 
     def block(self, rows: Index, columns: Index) -> Array:
         """Return the entries of some rows and columns."""

@@ -40,8 +40,9 @@ class Curves(Faces):
     def at(self, number: Index, fraction: Array) -> tuple[Array, Array]:
         """Return points (k, 2) and outward normals (k, 2) at fractions of the arc length of
         curves."""
-        ends = self.start[number], self.end[number]
-        return on_arcs(*ends, self.alpha[number], 2.0 * fraction - 1.0)
+        return on_arcs(
+            self.start[number], self.end[number], self.alpha[number], 2.0 * fraction - 1.0
+        )
 
     def spread(self, number: Index, share: Array) -> Array:
         """See `Faces.spread`."""

@@ -269,8 +269,7 @@ class PanelFaces(Faces):
         place, distance = np.empty((len(x), 2)), np.empty(len(x))
         arrays = [native.contiguous(a) for a in (self.shape, self.polygon, self.size, x, direction)]
         number = native.contiguous(number, np.int64)
-        limits = STEPS, SUMMED, WRITTEN, BEYOND
-        _meet(len(x), number, *arrays, *limits, place, distance)
+        _meet(len(x), number, *arrays, STEPS, SUMMED, WRITTEN, BEYOND, place, distance)
         return place, distance
 
     def _lifted(self, number: Index, local: Array, weight: Array) -> tuple[Array, Array]:

@@ -228,16 +228,15 @@ def _on_meshes(
     interfaces, distance, findings = list[Interface](), list[float](), list[Finding]()
     for posed, facing in zip(problem.interfaces, facings, strict=True):
         if posed.periodic:
-            made = (
+            own, far = (
                 periodic_interface(problem.bodies[posed.body], posed, meshes[posed.body]),
                 0.0,
-                list[Finding](),
             )
         else:
-            made = contact_interface(posed, meshes, facing, problem.holds_normals)
-        interfaces.append(made[0])
-        distance.append(made[1])
-        findings += made[2]
+            own, far, notes = contact_interface(posed, meshes, facing, problem.holds_normals)
+            findings += notes
+        interfaces.append(own)
+        distance.append(far)
     interfaces = nearest_only(problem.interfaces, interfaces)
     return interfaces, distance, [*findings, *untouched(problem.interfaces, interfaces)]
 

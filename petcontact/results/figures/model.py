@@ -103,9 +103,16 @@ def _named(
     for text, side in itertools.product((part.words, part.name), (-1.0, 1.0)):
         start = x + side * away * normal
         if has_room(taken, start, text, letter, angle, 0.0 if side * upwards > 0.0 else -1.0):
-            style = {"fontsize": SMALL, "color": "0.45" if part.kind == "free" else "black"}
-            how = {"ha": "center", "rotation": angle, "rotation_mode": "anchor"}
-            axes.text(*start, text, va="bottom" if side * upwards > 0.0 else "top", **how, **style)
+            axes.text(
+                *start,
+                text,
+                va="bottom" if side * upwards > 0.0 else "top",
+                ha="center",
+                rotation=angle,
+                rotation_mode="anchor",
+                fontsize=SMALL,
+                color="0.45" if part.kind == "free" else "black",
+            )
             return
 
 

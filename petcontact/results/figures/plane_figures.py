@@ -131,8 +131,9 @@ def _draw_ends(
         word = symbol if symbol and len(ends) == 1 else plain(step.title)
         s, drawn = _between(solution, name, step.pairs[name], curve)
         for column, faint in zip(drawn.T, ({}, {"alpha": 0.45}), strict=False):
-            style = {"label": word + ", round the axis" * bool(faint), **line(number), **faint}
-            axes.plot(s, column, **style)
+            axes.plot(
+                s, column, label=word + ", round the axis" * bool(faint), **line(number), **faint
+            )
     return curves
 
 
@@ -226,8 +227,7 @@ def draw_normal(figure: Figure, solution: SolutionData) -> None:
         )
         s, pull = solution.pairs[name].arc_length[order], np.minimum(curves[-1][order, 0], 0.0)
         if pull.any():
-            style = {"color": COLOURS[3], "alpha": 0.4, "lw": 0, "label": "tension"}
-            axes.fill_between(s, 0.0, pull, **style)
+            axes.fill_between(s, 0.0, pull, color=COLOURS[3], alpha=0.4, lw=0, label="tension")
         axes.axhline(0.0, color="0.5", lw=0.6)
         end_at_corners(axes, solution, name, [curve[:, 0] for curve in curves])
 
@@ -257,8 +257,12 @@ def draw_profiles(figure: Figure, solution: SolutionData) -> None:
     for axes, name, order in _panels(figure, solution, "pressure", "stress", list(table.depth)):
         s, deep = solution.pairs[name].arc_length[order], axes.twinx()
         for number, k in enumerate(shown):
-            style = {"color": f"C{number}", "label": f"cycle {table.cycle[k]}"}
-            axes.plot(s, table.pressure[name][k][order], **style)
+            axes.plot(
+                s,
+                table.pressure[name][k][order],
+                color=f"C{number}",
+                label=f"cycle {table.cycle[k]}",
+            )
             deep.plot(s, table.depth[name][k][order], color=f"C{number}", lw=1.0, ls="--")
         lowest = 2.5 * float(table.depth[name].max(initial=0.0)) or 1.0
         deep.set(ylim=(lowest, 0.0), ylabel=depth)
@@ -306,8 +310,15 @@ def _shaded(axes: Axes, solution: SolutionData, name: str) -> None:
             axes.axvspan(start, end, *rows, color=SHADES[word], lw=0)
             words[word] = None
         if len(ends) > 1:
-            style = {"color": "0.25", "fontsize": 6.5, "va": "center", "transform": axes.transAxes}
-            axes.text(0.005, (number + 0.5) * high, plain(step.title), **style)
+            axes.text(
+                0.005,
+                (number + 0.5) * high,
+                plain(step.title),
+                color="0.25",
+                fontsize=6.5,
+                va="center",
+                transform=axes.transAxes,
+            )
     for word in words:
         axes.fill_between([], [], [], color=SHADES[word], label=word)
 

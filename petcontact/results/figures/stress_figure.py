@@ -240,8 +240,15 @@ def _colour(
     }
     for each, one in fields.items():
         colours = axes.tripcolor(*_drawn(picture, one).T, values[each], triangles=one.cells, **how)
-    cross = {"color": "black", "ms": 5.0, "mew": 1.0, "label": "largest", "clip_on": False}
-    axes.plot(*_drawn(picture, field)[row], "x", **cross)
+    axes.plot(
+        *_drawn(picture, field)[row],
+        "x",
+        color="black",
+        ms=5.0,
+        mew=1.0,
+        label="largest",
+        clip_on=False,
+    )
     extend = beyond(every, -end if signed else -np.inf, end)
     figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=extend)
     figure.supxlabel(textwrap.fill(plain(text + _without(solution, picture)), WIDE), fontsize=8.0)

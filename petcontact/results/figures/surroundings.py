@@ -95,8 +95,14 @@ def _rigid(x: Array, centre: object, found: ObstacleResult) -> Array:
 
 def _band(axes: Axes, near: Array, far: Array, word: str) -> None:
     """The edge of something rigid: a line, and what `BEHIND` says."""
-    style = {"edgecolor": EDGE, "lw": 0.0, **BEHIND[word]}
-    axes.fill(*np.vstack([near, far[::-1]]).T, label=new_label(axes, word), zorder=0.5, **style)
+    axes.fill(
+        *np.vstack([near, far[::-1]]).T,
+        label=new_label(axes, word),
+        zorder=0.5,
+        edgecolor=EDGE,
+        lw=0.0,
+        **BEHIND[word],
+    )
     axes.plot(*near.T, color=EDGE, lw=1.0, zorder=1.5)
 
 
