@@ -20,7 +20,7 @@ import os
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -145,10 +145,9 @@ class Struct:
     def __init__(self, letters: str, *members: Member) -> None:
         values, kinds, self._members = [], "", members
         for letter, member in zip(letters, members, strict=True):
-            is_number = letter in _NUMBERS
             kinds += {"i": "q", "d": "d"}.get(letter, "P")
-            value: object = member if is_number else _checked(member, letter)  # type: ignore[arg-type]
-            values.append(value or 0)
+            array = cast("AnyArray | None", member)
+            values.append((member if letter in _NUMBERS else _checked(array, letter)) or 0)
         self._memory = ctypes.create_string_buffer(struct.pack(kinds, *values))
         self.address = ctypes.addressof(self._memory)
 
