@@ -222,13 +222,19 @@ class Bands(Keeping):
         step = step_ends(solution.steps or solution.tried)[-1]
         shapes = {side.name: shape for side in group if (shape := self._shape(side, solution))}
         depths = [_overlap(shape, step.pairs[name]) for name, shape in shapes.items()]
-        depth, forces = sum(depths) / len(group), dict[str, float]()
-        for side in group:
-            if side.name in shapes and 0.0 < depth < math.inf:
-                charts, _, ridge = shapes[side.name]
-                modulus = 1.0 / self._posed.softness(side)
-                forces[side.name] = force_at(ridge, charts[0].at(ridge.points), depth, modulus)
-        return forces
+        depth = sum(depths) / len(group)
+        thick = [float(np.ptp(mesh.x, axis=0).min()) for mesh in solution.meshes.values()]
+        return {
+            side.name: force_at(
+                shapes[side.name][2],
+                shapes[side.name][0][0].at(shapes[side.name][2].points),
+                depth,
+                1.0 / self._posed.softness(side),
+                0.5 * min(thick[b] for b in side.bodies),
+            )
+            for side in group
+            if side.name in shapes and 0.0 < depth < math.inf
+        }
 
     def _shape(self, side: PosedInterface, solution: Solution | None) -> _Shape | None:
         """Return the shape of a contact, looked for once; None if it has no straight ridge."""

@@ -120,15 +120,22 @@ def forecast_of(ridge: Ridge, places: Array, force: float, modulus: float) -> Fo
     return ellipse or _sliced(ridge, places, force, modulus)
 
 
-def force_at(ridge: Ridge, places: Array, approach: float, modulus: float) -> float:
-    """Return the force of an approach, by `forecast_of`.
+def force_at(ridge: Ridge, places: Array, approach: float, modulus: float, deep: float) -> float:
+    """Return the force of an approach of points `deep` below the surfaces [length], by
+    `forecast_of`: half spaces give far below the surface what bodies do not.
 
-    The approach grows with a power of the force between 2/3, of balls, and 1, of lines. Each step
+    Below point forces F_j there is left ΣF_j/(π E* r_j), with their distances r_j from there. The
+    approach grows with a power of the force between 2/3, of balls, and 1, of lines. Each step
     leaves at most a third of the error of the logarithm: six leave a hundredth of it.
     """
     force = modulus * approach * float(ridge.s[-1] - ridge.s[0])
+    line, least = scipy.interpolate.interp1d(ridge.s, places, axis=0), int(ridge.gap.argmin())
     for _ in range(6):
-        force *= approach / forecast_of(ridge, places, force, modulus).approach
+        found = forecast_of(ridge, places, force, modulus)
+        square = np.sum((line(found.s) - places[least]) ** 2, axis=1) + deep**2
+        share = found.load * np.gradient(found.s)
+        left = force / (math.pi * modulus) * float(share @ square**-0.5 / share.sum())
+        force *= approach / max(found.approach - left, 0.1 * found.approach)
     return force
 
 

@@ -13,7 +13,7 @@ from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
 from petcontact.refinement.panels.bands import banded
 from petcontact.refinement.panels.face_gaps import face_gap, touching
-from petcontact.refinement.panels.forecast import band_of, forecast_of, hertz_ellipse
+from petcontact.refinement.panels.forecast import band_of, force_at, forecast_of, hertz_ellipse
 from petcontact.refinement.panels.ridge import ridge_of
 
 BOX = BoxSurface(np.array([-3.0, -3.0, -6.0]), np.array([3.0, 3.0, 0.0]))
@@ -203,6 +203,20 @@ def test_the_ridge_of_a_whole_o_ring_goes_round(narrower):
     inner = np.abs(np.linalg.norm(corners[..., :2], axis=2) - 25.0) < 1.5 * band.half.max()
     near = np.unique((np.sort(angle[inner.all(axis=1)], axis=None) % (2.0 * np.pi)).round(6))
     assert np.abs(lines[:, None] - near).min(axis=1).max() < 1e-5
+
+
+@pytest.mark.parametrize(("approach", "force"), [(0.01, 2.019), (0.1, 31.38)])
+def test_an_o_ring_between_plates_has_the_force_of_its_squeeze(approach, force):
+    """As configs/axial_o_ring.toml without friction, at a squeeze of 1 and 10 %: half spaces would
+    yield twice as much, since they are moved far from the ring, too."""
+    sides = [
+        {"part": "upper", "to": [11.0, 0.0], "radius": -1.0},
+        {"part": "lower", "to": [9.0, 0.0], "radius": -1.0},
+    ]
+    chart = chart_of(Revolved(shape="revolved", loops=[sides]).outline(), "upper")
+    ridge = ridge_of(face_gap(chart, as_given("1 - z", "gap"), None, None), chart)
+    found = force_at(ridge, chart.at(ridge.points), approach, 6.0 / (1.0 - 0.48**2), 1.0)
+    assert found == pytest.approx(force, rel=0.01)
 
 
 def test_a_pin_in_a_bore_touches_where_it_moves():
