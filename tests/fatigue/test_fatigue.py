@@ -78,11 +78,9 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
     with open("out.csv") as file:
         rows = list(csv.DictReader(file))
     assert set(rows[0]) == {"body", "part", "x", "y", "depth", "arc_length", "crossland"}
-    largest, sign, error = said.split("largest ")[1].split()[:3]
-    assert sign == "+-"
-    assert max(float(row["crossland"]) for row in rows) == pytest.approx(
-        float(largest), abs=float(error)
-    )
+    # on this mesh the largest stress is not resolved
+    below, bound = said.split("largest ")[1].split()[:2]
+    assert below == "below" and max(float(row["crossland"]) for row in rows) < float(bound)
     assert (tmp_path / "out.svg").stat().st_size > 10_000
     assert main([*cycle, "--life", "2.0,-0.1,0.5,-0.6"]) == 0
     said = capsys.readouterr().out
