@@ -178,14 +178,8 @@ def with_report(
         if not again.converged:
             return _divided(problem, solution, wanted)[1]
         solution = reported(problem, again)
-    return along(solution, there)
-
-
-def along(solution: Solution, there: Solution) -> Solution:
-    """A solution with what is known of its path from another one with the same increments."""
     accuracy = replace(solution.accuracy, path=there.accuracy.path)
-    solution = replace(solution, accuracy=accuracy, tracked=there.tracked or there)
-    return solution.with_findings([each for each in there.findings if each.kind == "path"])
+    return replace(solution, accuracy=accuracy, tracked=there)
 
 
 def _divided(

@@ -36,10 +36,9 @@ from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
 from ..pose.body_parts import check_parts
-from ..run import along, described, prepare, reported, unreported, with_report
+from ..run import described, prepare, reported, run, with_report
 from ..steps.increment import Monitor
 from ..steps.start import NAMES
-from ..steps.step_loop import known_factors
 from .budget import Callbacks, Reached, says_something, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
@@ -326,10 +325,9 @@ def _adapted(
         changes = {"method": problem.method, "step": problem.step}
         last = replace(last, problem=last.problem.model_copy(update=changes))
         prepared = prepare(last.problem, comm, last, method=method, rule=rule)
-        prepared.factors = known_factors(solution)
         exact = solution
         try:
-            solution = along(reported(prepared, unreported(prepared, callbacks[0])), exact)
+            solution = run(prepared, monitor=callbacks[0])
         finally:
             prepared.close()
         if solution.converged:
