@@ -173,7 +173,7 @@ def with_report(
         return _divided(problem, solution, wanted)[1]
     if len(there.steps) > len(coarse[1].steps):
         discrete = problem.discrete.with_steps_of(finer.discrete.problem)
-        problem = replace(problem, discrete=discrete, factors=finer.factors)
+        problem = replace(problem, discrete=discrete, factors=finer.factors, halvings=0)
         again = unreported(problem, None)
         if not again.converged:
             return _divided(problem, solution, wanted)[1]
