@@ -303,9 +303,9 @@ def _one_frame(
         start, end = corners[k], corners[(k + 1) % 4]
         out = start + t[:, None] * (end - start)
         quads = np.stack([out[:-1], out[1:], side[1:], side[:-1]], axis=1)
-        size = np.linalg.norm(quads[:, 2] - quads[:, 0], axis=1)
-        area = np.abs(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]))
-        cells.append(_nine(quads[area > SINGLE * size**2]))
+        one, other = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
+        square = np.maximum(np.sum(one**2, axis=1), np.sum(other**2, axis=1))
+        cells.append(_nine(quads[np.abs(np.cross(one, other)) > SINGLE * square]))
         outer.append(out)
     return np.concatenate(cells), outer
 

@@ -11,7 +11,7 @@ from petcontact.geometry.round_surfaces import CylinderSurface, SphereSurface
 from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
-from petcontact.refinement.panels.bands import banded
+from petcontact.refinement.panels.bands import _one_frame, banded
 from petcontact.refinement.panels.face_gaps import face_gap, touching
 from petcontact.refinement.panels.forecast import band_of, force_at, forecast_of, hertz_ellipse
 from petcontact.refinement.panels.ridge import ridge_of
@@ -276,3 +276,16 @@ def test_parts_of_a_sphere_are_unrolled_by_angles():
         assert chart.normal(place) == pytest.approx((x - surface.centre) / 2.0, abs=1e-6)
     rim = chart.at(np.array([chart.high]))
     assert np.abs(rim - surface.centre) == pytest.approx(2.0 / np.sqrt(3.0))
+
+
+def test_frames_have_no_panels_without_width():
+    """A rim that lies on that of the face but for 5e-12, whose lines end beside those of the face:
+    the short diagonal of such a panel is no measure of it."""
+    low, high = [0.0, 0.0], [1.0, 1.0]
+    corners = np.array([low, [1.0, 0.0], high, [0.0, 1.0]])
+    inside = np.array([[5e-12, 0.1], [1.0 - 5e-12, 0.1], [1.0 - 5e-12, 0.9], [5e-12, 0.9]])
+    share = np.array([0.0, 0.3, 0.5, 0.9, 1.0])[:, None]
+    rim = [a + share * (b - a) for a, b in zip(inside, np.roll(inside, -1, axis=0), strict=True)]
+    cells, _ = _one_frame(rim, corners, 0.0, True)
+    sides = np.diff(cells[:, :3], axis=1)
+    assert len(cells) == 8 and np.abs(np.cross(sides[:, 0], sides[:, 1])).min() > 1e-4
