@@ -12,7 +12,8 @@ from shapes import drawn, elastic, moved, problem, rectangle, touching
 
 from petcontact import MeshOptions, solve
 from petcontact.pipeline import run
-from petcontact.pipeline.adapt import loop
+from petcontact.pipeline.adapt import fixed_mesh, loop
+from petcontact.results.numbers.path_errors import path_errors
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -126,6 +127,28 @@ def test_a_contact_that_grows_from_nothing_takes_increments_until_q_is_known():
         for values in (pair.sigma_t - exact.sigma_t, exact.pressure[:, None])
     )
     assert off < posed.accuracy.path * p
+
+
+def test_the_path_is_looked_at_on_a_coarser_mesh_where_that_resolves_the_contact(monkeypatch):
+    """Errors that its increments leave are those that the mesh itself shows, or a little more.
+    Where no coarser one is good enough the mesh itself is asked."""
+    monkeypatch.setattr(run, "limit_of", lambda kind: 1.0)
+    coarse = pressed.__wrapped__("x**2/20", 8)
+    monkeypatch.setattr(fixed_mesh, "RESOLVED", 0.0)
+    alone = pressed.__wrapped__("x**2/20", 8)
+    assert coarse.tracked is not None and alone.tracked is None and alone.paths
+    assert coarse.tracked.meshes["body"].n_nodes < 0.6 * alone.meshes["body"].n_nodes
+    assert 0.8 < coarse.accuracy.path / alone.accuracy.path < 1.25
+    found, right = (path_errors(each, each.numbers) for each in (coarse, alone))
+    for name in (
+        "force",
+        "largest p",
+        "largest q",
+        "largest slip",
+        "slipping",
+        "dissipated energy",
+    ):
+        assert 1.0 < found[name, "pair", 1, 0] / right[name, "pair", 1, 0] < 4.0, name
 
 
 def test_only_steps_that_add_to_the_error_are_divided_also_after_a_restart(tmp_path):
