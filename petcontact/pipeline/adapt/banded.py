@@ -223,18 +223,22 @@ class Bands(Keeping):
         shapes = {side.name: shape for side in group if (shape := self._shape(side, solution))}
         depths = [_overlap(shape, step.pairs[name]) for name, shape in shapes.items()]
         depth = sum(depths) / len(group)
+        if not 0.0 < depth < math.inf:
+            return {}
         thick = [float(np.ptp(mesh.x, axis=0).min()) for mesh in solution.meshes.values()]
         return {
-            side.name: force_at(
-                shapes[side.name][2],
-                shapes[side.name][0][0].at(shapes[side.name][2].points),
-                depth,
-                1.0 / self._posed.softness(side),
-                0.5 * min(thick[b] for b in side.bodies),
+            side.name: self._force(
+                side, shapes[side.name], depth, min(thick[b] for b in side.bodies)
             )
             for side in group
-            if side.name in shapes and 0.0 < depth < math.inf
+            if side.name in shapes
         }
+
+    def _force(self, side: PosedInterface, shape: _Shape, depth: float, thickness: float) -> float:
+        """Return the force that ends an overlap of bodies that are so thick."""
+        charts, _, ridge = shape
+        modulus = 1.0 / self._posed.softness(side)
+        return force_at(ridge, charts[0].at(ridge.points), depth, modulus, 0.5 * thickness)
 
     def _shape(self, side: PosedInterface, solution: Solution | None) -> _Shape | None:
         """Return the shape of a contact, looked for once; None if it has no straight ridge."""

@@ -70,9 +70,12 @@ class LevelSolver:
     def settle(self, before: Solution, error: float) -> None:
         """Keep the operators of the solution before as `coarse` if its estimated error is small
         enough, and free them otherwise."""
+        unused = self._before
         if self._before is not None and error <= RESOLVED:
-            self._free(self.coarse and self.coarse[0])
-            self.coarse, self._before = (self._before, before), None
+            unused = self.coarse and self.coarse[0]
+            self.coarse = self._before, before
+        self._free(unused)
+        self._before = None
 
     def close(self) -> None:
         """Free every PETSc object."""
