@@ -82,6 +82,22 @@ def balanced(
     return rho, moved, traction
 
 
+def smooth_balance(law: ContactLaw, system: ContactSystem) -> float | Array:
+    """Return ‖σ‖/‖Sσ‖ of unit tractions, without rigid motions; (k,) if the law has several groups
+    [stress/length].
+
+    It is the w of (4.1) for smooth tractions and does not depend on units.
+    """
+    unit = np.ones_like(system.u_0)
+    (_, *pushed), (_, *moved) = group_norms(
+        system.weight, law.groups, unit, without_motions(system, system.apply(unit))
+    )
+    rho = np.empty(law.k)
+    for group, traction, way in zip(law.groups, pushed, moved, strict=True):
+        rho[group] = ratio(way, traction, 1.0)
+    return float(rho[0]) if len(law.groups) == 1 else rho
+
+
 def without_motions(system: ContactSystem, moved: Array) -> Array:
     """Return a displacement (m, k) minus the rigid motion nearest to it [length]."""
     modes = system.modes

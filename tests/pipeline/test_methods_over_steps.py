@@ -133,3 +133,28 @@ def test_a_rule_that_cannot_be_copied_is_refused():
 
     with pytest.raises(ValueError, match="Open, which cannot be copied"):
         solve(posed("tresca", 1, {}), rule=Open(), method=Method(name="projection"))
+
+
+@pytest.mark.parametrize("rule", ["modified", "self-adaptive"])
+def test_a_body_that_only_contact_holds_in_any_units(rule):
+    """A pad that is pressed on a floor and pushed, with E = 1e5, 1e11 and 1e-3. From ρ_0 = 1, which
+    is far off, it is moved by load/ρ_0 at first."""
+    for young in 1e5, 1e11, 1e-3:
+        free, push = {"condition": "traction", "value": [0.0, 0.0]}, [[0.0, -1e-3], [1e-4, -1e-3]]
+        pad = {
+            "material": {"young_modulus": young, "poisson_ratio": 0.3},
+            "geometry": FLAT | {"lower_left": [-1.0, 0.0], "upper_right": [1.0, 1.0]},
+            "mesh": {"element_size": 0.25, "order": 1},
+            "boundary": [{"part": part, **free} for part in ("top", "left", "right")],
+            "obstacle": [{"name": "floor", "displacement": [0.0, 0.0]}],
+            "contact": [{"name": "seat", "secondary": "bottom", "primary": "floor"}],
+            "step": [
+                {"boundary": [{"part": "top", "value": [young * x for x in each]}]} for each in push
+            ],
+        }
+        pad["contact"][0] |= {"gap": "1e-4*x**2", "friction_coefficient": 0.15}
+        pad["step"] = [step | {"increments": 2} for step in pad["step"]]
+        expected = solve(parse(Problem, pad, "test"))
+        for first in {}, {"rho": 1.0}:
+            method = {"name": "projection", "rule": rule, **first}
+            assert_numbers_of(expected, solve(parse(Problem, pad | {"method": method}, "test")))

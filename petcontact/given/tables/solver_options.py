@@ -92,8 +92,8 @@ class Method(Model):
         default of the package.
     rule : key of RULES, optional
         How ρ changes (projection method only).
-    rho : float
-        First value of ρ, ρ_0 > 0 [stress/length].
+    rho : float, optional
+        First value of ρ, ρ_0 > 0 [stress/length]; by default that of smooth tractions, ‖σ‖/‖Sσ‖.
     omega : float
         Relaxation ω in (0, 2) [-].
     tau : float
@@ -120,7 +120,7 @@ class Method(Model):
 
     name: Annotated[str | None, one_of(METHODS)] = None
     rule: Annotated[str | None, one_of(RULES)] = None
-    rho: Positive = 1.0
+    rho: Positive | None = None
     omega: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=2.0)] = 1.8
     tau: Positive = 2.0
     max_changes: Count = 10
