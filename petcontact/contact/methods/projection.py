@@ -13,13 +13,13 @@ from ..criterion import relative_residual, smooth_balance
 from ..iteration import Iteration, Recorder
 from ..law_protocol import ContactLaw, bound_excess, law_residual
 from ..rho_rules import Rule, begun, make_rule
-from ..state import ContactState
+from ..state import ContactState, Start
 from ..system import ContactSystem
 from .settling import settled
 
 STALLED = 60
-"""Iterations in which a run must halve its least change [-]: three times the 20 that one of the 128
-cases of Tables 1 and 2 needs."""
+"""Iterations in which a run from a given ρ_0 must halve its least change [-]: three times the 20
+that one of the 128 cases of Tables 1 and 2 needs."""
 
 
 @record
@@ -63,57 +63,58 @@ class Projection:
                 return end
         return self._run(recorder, smooth_balance(law, system), iteration.max_iterations)
 
-    def _run(self, recorder: Recorder, rho: float | Array, patience: int) -> ContactState:
+    def _run(self, recorder: Recorder, first: float | Array, patience: int) -> ContactState:
         """Return the end of Algorithm 1 from ρ_0.
 
-        A run ends, too, if ρ has moved and the least change was not halved in `patience`
-        iterations.
+        A run ends, too, if ρ has moved and it stalls.
         """
-        law, system, iteration = recorder.law, recorder.system, recorder.iteration
-        v, sigma = (np.zeros_like(system.u_0),) * 2 if iteration.start is None else iteration.start
+        law, rho, begin = recorder.law, first, len(recorder.history)
+        start = recorder.iteration.start or (np.zeros_like(recorder.system.u_0),) * 2
+        state = ContactState(*start, first, False, "", recorder.history, law=law)
         # c_k belongs to one run (Lemma 3.1) and to one group of components
-        rules, first = [begun(self.rule) for _ in law.groups], rho
-        # the given start need not satisfy v = u_0 + Sσ: the first step is solved whole, later ones
-        # for their increments
-        consistent, least, waited = False, np.inf, 0
+        rules = [begun(self.rule) for _ in law.groups]
         while not recorder.exhausted:
-            # (2.10); where R_ρ = 0, (2.9), also σ + ρv = σ + ρv - ωR_ρ, (2.11)
-            old, residual = (v, sigma), law_residual(law, v, sigma, rho)
-            if consistent:
-                # (3.1) less what the iterate before satisfies: its equation for δv, δσ
-                dv, dsigma = system.robin_increment(rho, -self.omega * residual)
-                v, sigma = v + dv, sigma + dsigma
-            else:
-                # (3.1), (4.11): σ' + ρv' = σ + ρv - ωR_ρ(v, σ), with v' = u_0 + Sσ' from (4.12)
-                new_v, new_sigma = system.robin(rho, sigma + rho * v - self.omega * residual)
-                dv, dsigma, v, sigma = new_v - v, new_sigma - sigma, new_v, new_sigma
-                consistent = True
-            change, balance = recorder.step(
-                old,
-                v,
-                sigma,
-                dv,
-                dsigma,
-                rho=rho,
-                residual=residual,
-                ksp_iterations=system.ksp_iterations,
-            )
-            state = recorder.report(v, sigma, rho)
+            whole = len(recorder.history) == begin
+            state, change, balance = self._step(recorder, (state.v, state.sigma), rho, whole=whole)
             if state.stopped:
                 return state
             if (end := _settled(recorder, state, change)) is not None:
                 return end
             rho = self._updated(rules, law, rho, balance, len(recorder.history))  # (4.2), (4.3)
-            least, waited = (change, 0) if change <= least / 2.0 else (least, waited + 1)
-            if waited >= patience and np.any(rho != first):
+            if _stalled(recorder.history.change[begin:], patience) and np.any(rho != first):
                 return state
-        relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
-        reason = (
-            f"max_iterations = {iteration.max_iterations} reached with change {change:.1e}, "
-            f"relative friction residual {relative:.1e}, {bound_excess(law, sigma):.1e} beyond "
-            f"the bound; the tolerance is {iteration.criterion.tolerance:g}"
+        return _unfinished(recorder, state)
+
+    def _step(
+        self, recorder: Recorder, old: Start, rho: float | Array, *, whole: bool
+    ) -> tuple[ContactState, float, float | Array]:
+        """Return the next iterate, its relative change and its balance w.
+
+        The given start need not satisfy v = u_0 + Sσ: the first step is solved whole, later ones
+        for their increments.
+        """
+        system, (v, sigma) = recorder.system, old
+        # (2.10); where R_ρ = 0, (2.9), also σ + ρv = σ + ρv - ωR_ρ, (2.11)
+        residual = law_residual(recorder.law, v, sigma, rho)
+        if whole:
+            # (3.1), (4.11): σ' + ρv' = σ + ρv - ωR_ρ(v, σ), with v' = u_0 + Sσ' from (4.12)
+            v, sigma = system.robin(rho, sigma + rho * v - self.omega * residual)
+            dv, dsigma = v - old[0], sigma - old[1]
+        else:
+            # (3.1) less what the iterate before satisfies: its equation for δv, δσ
+            dv, dsigma = system.robin_increment(rho, -self.omega * residual)
+            v, sigma = v + dv, sigma + dsigma
+        change, balance = recorder.step(
+            old,
+            v,
+            sigma,
+            dv,
+            dsigma,
+            rho=rho,
+            residual=residual,
+            ksp_iterations=system.ksp_iterations,
         )
-        return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
+        return recorder.report(v, sigma, rho), change, balance
 
     @staticmethod
     def _updated(
@@ -133,16 +134,38 @@ class Projection:
 
 def _settled(recorder: Recorder, state: ContactState, change: float) -> ContactState | None:
     """Return the end of a run whose last change meets the criterion, or None."""
-    v, sigma, rho = state.v, state.sigma, state.rho
     criterion, relative = recorder.iteration.criterion, np.inf
     if criterion.stop == "residual" or change <= criterion.tolerance:
-        relative = relative_residual(
-            recorder.law, recorder.system, v, sigma, float(np.max(rho)), recorder.largest
-        )
+        relative = _relative(recorder, state)
     if not criterion.met(change, relative):
         return None
     reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
-    return settled(recorder, v, sigma, rho, reason)
+    return settled(recorder, state.v, state.sigma, state.rho, reason)
+
+
+def _unfinished(recorder: Recorder, state: ContactState) -> ContactState:
+    """Return the end of a run that has no iteration left."""
+    iteration, relative = recorder.iteration, _relative(recorder, state)
+    state.reason = (
+        f"max_iterations = {iteration.max_iterations} reached with change "
+        f"{recorder.history.change[-1]:.1e}, relative friction residual {relative:.1e}, "
+        f"{bound_excess(recorder.law, state.sigma):.1e} beyond the bound; the tolerance is "
+        f"{iteration.criterion.tolerance:g}"
+    )
+    return state
+
+
+def _relative(recorder: Recorder, state: ContactState) -> float:
+    rho = float(np.max(state.rho))
+    return relative_residual(
+        recorder.law, recorder.system, state.v, state.sigma, rho, recorder.largest
+    )
+
+
+def _stalled(changes: list[float], patience: int) -> bool:
+    """Return whether the last changes are at least half of the least one before."""
+    before, last = changes[:-patience], changes[-patience:]
+    return bool(before) and min(last) > min(before) / 2.0
 
 
 def build(options: Method, rule: Rule | None) -> Projection:
