@@ -14,7 +14,7 @@ from ..round_off import SINGLE, WRITTEN
 from ..untyped import Keyed
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile
-from .inp_forces import linear_traction, loaded_faces
+from .inp_forces import linear_traction, loaded_faces, written
 from .inp_statements import Statements
 
 FREE = "free"
@@ -114,17 +114,21 @@ class InpBody:
         inside = forces.keys() - {node for nodes in self.faces.values() for node in nodes}
         self.inside = {} if self.kind == "CAX" else {node: forces[node] for node in inside}
         pulled = self._pulled(free, forces, inside)
-        still = [pull for _, pull in self._none]
         pressures = {f: [step.get(f, 0.0) for step in self.reader.pressed] for f in free}
         return {
-            face: tuple(zip(pressures[face], pulled.get(face, still), strict=True)) for face in free
+            face: tuple(zip(pressures[face], map(written, pulled[face]), strict=True))
+            for face in free
         }
 
     def _pulled(
         self, free: dict[Face, tuple[int, ...]], forces: dict[int, Array], inside: set[int]
-    ) -> dict[Face, list[tuple[float | str, ...]]]:
-        """Return the tractions of faces that forces at nodes make, at the end of each step."""
-        tractions: dict[Face, list[tuple[float | str, ...]]] = {}
+    ) -> dict[Face, Array]:
+        """Return the tractions of faces at the end of each step, with those of forces at nodes."""
+        none = np.zeros((1 + self.dim, self.dim))
+        tractions = {
+            face: np.array([step.get(face, none) for step in self.reader.tractions])
+            for face in free
+        }
         lost = forces.keys() - self.inside.keys()
         for faces, ends in loaded_faces(free, forces.keys() - inside):
             corners, points = [self._at(free[face]) for face in faces], self._at(ends)
@@ -132,7 +136,7 @@ class InpBody:
                 linear_traction(corners, points, force / self.width, self.kind == "CAX")
                 for force in np.stack([forces[node] for node in ends], axis=1)
             ]
-            tractions |= dict.fromkeys(faces, through)
+            tractions |= {face: tractions[face] + through for face in faces}
             lost -= {*ends}
         if lost:
             self.reader.notes.append(
@@ -161,7 +165,11 @@ class InpBody:
     def freedoms(self) -> set[tuple[int, int]]:
         """Nodes and degrees of freedom, from 1."""
         own = {node for number in self.elements for node in self.reader.file.elements[number][1]}
-        return {(node, freedom) for node in own for freedom in range(1, self.dim + 1)}
+        return {
+            (node, freedom)
+            for node in own - self.reader.apart
+            for freedom in range(1, self.dim + 1)
+        }
 
     def _at(self, nodes: Iterable[int]) -> Array:
         return np.array([self.reader.file.nodes[node][: self.dim] for node in nodes])
@@ -194,10 +202,14 @@ class InpBody:
         loads = self.reader.volume[step]
         volume_loads = next((loads[number] for number in self.elements if number in loads), {})
         left_out = {"C3D": (), "CAX": ("centre", "axis")}.get(self.kind, ("axis",))
-        taken = {
+        if any(loads.get(number, {}) != volume_loads for number in self.elements):
+            text = f"*DLOAD of {self.name}: not the same in all elements; that of one is taken"
+            self.reader.notes += [text] * (text not in self.reader.notes)
+        force = [volume_loads.get(f"force_{x}", 0.0) for x in "xyz"[: self.dim]]
+        taken = ({"force": force} if any(force) else {}) | {
             key: value[: self.dim] if isinstance(value, list) else value
             for key, value in volume_loads.items()
-            if key not in left_out
+            if key not in left_out and not key.startswith("force_")
         }
         return taken | ({"temperature": self._warm[step]} if any(self._warm) else {})
 

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from .inp_file import Keyword
+
+SCALED = {"BOUNDARY": 3, "CLOAD": 2, "DLOAD": 2, "DSLOAD": 2, "TEMPERATURE": 1}
+"""Which word of a line an amplitude scales."""
 
 
 def gather(read: Any) -> None:
@@ -37,11 +43,42 @@ def renew(read: Any, keyword: Keyword) -> None:
     if kind == "BOUNDARY":
         read.held[-1] = {name: {} for name in read.held[-1]}
     elif kind == "DLOAD":
-        read.pressed[-1], read.volume[-1] = {}, {}
+        read.pressed[-1], read.tractions[-1], read.volume[-1] = {}, {}, {}
     elif kind == "CLOAD":
         read.forces[-1] = {key: 0.0 for step in read.forces for key in step}
     elif kind == "TEMPERATURE":
         read.warmed[-1] = {}
+
+
+def at_end(read: Any, keyword: Keyword) -> Keyword:
+    """Return a load with the value that its amplitude gives it at the end of the step."""
+    name, column = keyword.parameters.get("AMPLITUDE", "").upper(), SCALED.get(keyword.name)
+    if not name or column is None:
+        return keyword
+    end = _share(read, keyword, name)
+    rows = [
+        [f"{float(word) * end!r}" if k == column else word for k, word in enumerate(row)]
+        for row in keyword.rows
+    ]
+    return replace(keyword, rows=rows)
+
+
+def _share(read: Any, keyword: Keyword, name: str) -> float:
+    """Return the value of an amplitude at the end of the step; note where its way bends."""
+    named = [one for one in read.file.rest if one.parameters.get("NAME", "").upper() == name]
+    rows = [read.floats(one, row) for one in named if one.name == "AMPLITUDE" for row in one.rows]
+    points = [value for row in rows for value in row]
+    if len(points) < 2:
+        raise read.error(keyword, f"there is no *AMPLITUDE {name} of times and values")
+    time, share = points[::2], points[1 : 2 * (len(points) // 2) : 2]
+    end = float(np.interp(read.period, time, share))
+    between = [t for t in time if 0.0 < t < read.period]
+    way = np.interp([0.0, *between], time, share)
+    if not (
+        np.allclose(way, end) or np.allclose(way, end * np.array([0.0, *between]) / read.period)
+    ):
+        read.note(keyword, f"AMPLITUDE={name}: its value at the end of the step; the way is linear")
+    return end
 
 
 def read_temperature(read: Any, keyword: Keyword) -> None:

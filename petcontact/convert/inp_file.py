@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Container
-from dataclasses import dataclass, field
+from collections.abc import Container, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..arrays import LARGEST_COORDINATE
@@ -46,6 +47,8 @@ MIDDLES: dict[int, tuple[tuple[int, int], ...]] = {
     },
 }
 """Corners on either side of the nodes that follow the corners of an element."""
+INCLUDED = re.compile(r"\s*\*\s*(\w+)\b[^*]*,\s*INPUT\s*=\s*([^,]+)", re.IGNORECASE)
+"""A keyword whose lines, or all of it, stand in another file: its name, and the file."""
 Face = tuple[int, int]
 """Element and number of its face, from 0."""
 
@@ -94,6 +97,15 @@ class InpFile:
             )
         return sets[word.upper()]
 
+    def faces(self, number: int) -> list[Face]:
+        """Return the faces of an element."""
+        return [(number, k) for k in range(len(FACES[CORNERS[self.elements[number][0]]]))]
+
+    def corners(self, face: Face) -> tuple[int, ...]:
+        """Return the corner nodes of a face."""
+        kind, nodes = self.elements[face[0]]
+        return tuple(nodes[c] for c in FACES[CORNERS[kind]][face[1]])
+
 
 def read_inp(path: str | Path) -> InpFile:
     """A flat input file.
@@ -109,11 +121,6 @@ def read_inp(path: str | Path) -> InpFile:
             raise InputError(
                 f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; "
                 "write a flat file (in Abaqus/CAE an attribute of the model)"
-            )
-        if keyword.name == "INCLUDE" or "INPUT" in keyword.parameters:
-            raise InputError(
-                f"{path}: line {keyword.line}: *{keyword.name}: other files are not read; put "
-                "them into this one"
             )
         if keyword.name == "SYSTEM" or keyword.parameters.get("SYSTEM", "R").upper() != "R":
             raise InputError(
@@ -138,16 +145,35 @@ def read_inp(path: str | Path) -> InpFile:
     return file
 
 
-def _keywords(path: str | Path) -> list[Keyword]:
+def _lines(path: Path, within: tuple[Path, ...] = ()) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a file with their numbers, and those of files of its folder that it
+    includes."""
     text = regular_file(path, LARGEST).read_text(encoding="utf-8", errors="replace")
-    keywords: list[Keyword] = []
     for number, line in enumerate(text.splitlines(), 1):
+        included = INCLUDED.match(line)
+        if not (included and included[1].upper() == "INCLUDE"):
+            yield number, line
+        if included:
+            other = path.parent / included[2].strip("\"' ")
+            if other in (path, *within) or not other.resolve().is_relative_to(
+                path.parent.resolve()
+            ):
+                raise InputError(
+                    f"{path}: line {number}: {included[2]}: only files of the same folder are "
+                    "read, and none by itself"
+                )
+            yield from _lines(other, (path, *within))
+
+
+def _keywords(path: str | Path) -> list[Keyword]:
+    keywords: list[Keyword] = []
+    for number, line in _lines(Path(path)):
         if line.startswith("**") or not line.strip():
             continue
         words = [word.strip() for word in line.strip().rstrip(",").split(",")]
         if line.lstrip().startswith("*"):
             pairs = (word.partition("=") for word in words[1:])
-            parameters = {key.strip().upper(): value.strip() for key, _, value in pairs}
+            parameters = {" ".join(key.split()).upper(): value.strip() for key, _, value in pairs}
             name = " ".join(words[0].lstrip("* ").upper().split())
             keywords.append(Keyword(name, parameters, [], number))
         elif keywords:
@@ -206,7 +232,7 @@ def _nodes(file: InpFile, keyword: Keyword) -> list[int]:
 def _elements(file: InpFile, keyword: Keyword) -> list[int]:
     kind = keyword.parameters.get("TYPE", "").upper().rstrip("RIHMT")
     if kind not in CORNERS:
-        file.rest.append(Keyword(f"ELEMENT, TYPE={kind}", {}, [], keyword.line))
+        file.rest.append(replace(keyword, name=f"ELEMENT, TYPE={kind}"))
         return []
     digits = "".join(c for c in kind[3:] if c.isdecimal())
     words = [int(word) for row in keyword.rows for word in row]

@@ -47,11 +47,9 @@ def loaded_faces(
     ]
 
 
-def linear_traction(
-    corners: list[Array], points: Array, forces: Array, axial: bool
-) -> tuple[float | str, ...]:
+def linear_traction(corners: list[Array], points: Array, forces: Array, axial: bool) -> Array:
     """The traction, linear in the coordinates, that has the resultant and all first moments of
-    forces; a component each, a number where it is the same everywhere.
+    forces: its value at the origin and its derivative along each axis, (1 + d, d).
 
     Parameters
     ----------
@@ -62,8 +60,7 @@ def linear_traction(
     axial : bool
         Whether faces are rings about x = 0.
     """
-    places, weights = map(np.concatenate, zip(*map(_rule, corners), strict=True))
-    weights = weights * (2.0 * math.pi * places[:, 0] if axial else 1.0)
+    places, weights = _rules(corners, axial)
     middle, size = weights @ places / weights.sum(), np.ptp(np.vstack(corners), axis=0).max()
 
     def terms(x: Array) -> Array:
@@ -74,14 +71,46 @@ def linear_traction(
     # coordinates have as many digits
     traction = np.linalg.pinv(gram, rcond=WRITTEN, hermitian=True) @ terms(points).T @ forces
     traction[np.abs(traction) <= WRITTEN * np.abs(traction).max()] = 0.0
-    constant = traction[0] - (middle / size) @ traction[1:]
+    return _from_origin(traction / np.array([1.0, *[size] * len(middle)])[:, None], middle)
+
+
+def turning_traction(
+    corners: list[Array], point: Array, force: Array, moment: Array, axial: bool
+) -> Array:
+    """The traction a + b × x of faces, (1 + d, d), with the resultant of a force (3,) at a point
+    and of a moment (3,); axial ones have no moment."""
+    places, weights = _rules(corners, axial)
+    dim = places.shape[1]
+    middle = weights @ places / weights.sum()
+    arms, off = (np.pad(x, [(0, 0), (0, 3 - dim)]) for x in (places - middle, [point - middle]))
+    inertia = np.eye(3) * (weights @ np.sum(arms**2, axis=1)) - arms.T @ (weights[:, None] * arms)
+    turn = np.linalg.pinv(inertia, rcond=WRITTEN, hermitian=True) @ (
+        moment + np.cross(off[0], force)
+    )
+    traction = np.vstack([force / weights.sum(), np.cross(turn, np.eye(3)) * (not axial)])
+    traction[np.abs(traction) <= WRITTEN * np.abs(traction).max()] = 0.0
+    return _from_origin(traction[: 1 + dim, :dim], middle)
+
+
+def _from_origin(traction: Array, middle: Array) -> Array:
+    """Return a linear traction by its value at the origin in place of that in the middle."""
+    return np.vstack([traction[0] - middle @ traction[1:], traction[1:]])
+
+
+def written(traction: Array) -> tuple[float | str, ...]:
+    """A linear traction, a component each: a number where it is the same everywhere."""
     return tuple(
-        f"{c:.12g}"
-        + "".join(f" {s / size:+.12g}*{x}" for s, x in zip(slopes, "xyz", strict=False) if s)
+        f"{c:.12g}" + "".join(f" {s:+.12g}*{x}" for s, x in zip(slopes, "xyz", strict=False) if s)
         if slopes.any()
         else float(f"{c:.12g}")
-        for c, slopes in zip(constant, traction[1:].T, strict=True)
+        for c, slopes in zip(traction[0], traction[1:].T, strict=True)
     )
+
+
+def _rules(corners: list[Array], axial: bool) -> tuple[Array, Array]:
+    """Points (q, d) and weights (q,) that integrate over faces, of rings the whole ones."""
+    places, weights = map(np.concatenate, zip(*map(_rule, corners), strict=True))
+    return places, weights * (2.0 * math.pi * places[:, 0] if axial else 1.0)
 
 
 def _rule(corners: Array) -> tuple[Array, Array]:

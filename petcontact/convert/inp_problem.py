@@ -11,9 +11,13 @@ from ..errors import InputError
 from ..untyped import Keyed
 from .inp_body import InpBody, boundary_faces
 from .inp_elements import check_elements, count
-from .inp_file import read_inp
+from .inp_file import Face, read_inp
 from .inp_forces import connected
+from .inp_references import Reference, bolt, cut, obstacle, spread
 from .inp_statements import Statements
+
+Pair = tuple[Keyed, Reference | None]
+"""A contact, and the node at which a bolt is pulled there."""
 
 
 @dataclass
@@ -39,9 +43,11 @@ def convert_inp(path: str | Path, name: str) -> Converted:
 
     Bodies are what hangs together by nodes, with the material of their *SOLID SECTION. Taken are
     *SURFACE, *CONTACT PAIR and *TIE with *FRICTION and *CLEARANCE, *BOUNDARY of nodes that cover
-    faces, also FIXED, *DLOAD and *DSLOAD of pressure, GRAV and CENTRIF, *CLOAD, and *TEMPERATURE
-    that is uniform or linear in a body. OP=NEW takes loads of earlier steps away. Edges of elements
-    of second order are taken as straight.
+    faces, also FIXED, *DLOAD and *DSLOAD of pressure, tractions and forces of the volume, *CLOAD,
+    and *TEMPERATURE that is uniform or linear in a body. *RIGID BODY and kinematic couplings are
+    obstacles to which a surface is bonded, distributing ones tractions, *PRE-TENSION SECTION a cut
+    with a preload. OP=NEW takes loads of earlier steps away. Edges of elements of second order are
+    taken as straight.
 
     Raises
     ------
@@ -58,22 +64,27 @@ def convert_inp(path: str | Path, name: str) -> Converted:
             f"{path}: bodies of revolution (CAX) beside others; a problem has one kind"
         )
     meshes = {f"{name}-{body.name}.msh": body for body in bodies}
+    pairs = _pairs(reader, bodies)
     data: Keyed = {
         "title": Path(path).stem,
         "symmetry": "axial" if bodies[0].kind == "CAX" else "",
         "body": [body.table(mesh) for mesh, body in meshes.items()],
-        "contact": _pairs(reader, bodies),
-        "step": _steps(bodies, reader.steps),
+        "obstacle": [obstacle(reader, one, 0, bodies[0].kind) for one in _rigid(reader, pairs)],
+        "contact": [pair | (bolt(reader, at, 0) if at else {}) for pair, at in pairs],
+        "step": _steps(reader, bodies, pairs),
     }
     notes = [*reader.notes, *_uncovered(reader, bodies), *_unused(reader, bodies)]
     notes += _lost_forces(reader, bodies)
-    head = "".join(f"# not taken: {note}\n" for note in notes)
     text = tomli_w.dumps({key: value for key, value in data.items() if value})
     return Converted(
-        f"#:schema petcontact.schema.json\n# From {Path(path).name}.\n{head}{text}",
+        f"#:schema petcontact.schema.json\n# From {Path(path).name}.\n{_head(notes)}{text}",
         {mesh: body.msh() for mesh, body in meshes.items()},
         notes,
     )
+
+
+def _head(notes: list[str]) -> str:
+    return "".join(f"# not taken: {note}\n" for note in notes)
 
 
 def _bodies(reader: Statements) -> list[InpBody]:
@@ -84,6 +95,12 @@ def _bodies(reader: Statements) -> list[InpBody]:
         every = [pair for group in groups for pair in boundary_faces(reader.file, group).items()]
         for surface, nodes in reader.covering.items():
             reader.surfaces[surface] += [face for face, own in every if nodes.issuperset(own)]
+    groups = cut(reader, groups)
+    for one in [one for one in reader.references if one.kind == "rigid"]:
+        ends = {"secondary": one.surface, "primary": one.name}
+        reader.pairs.append({"interaction": "", "kind": "TIE", **ends})
+        reader.used.add(one.surface)
+    reader.notes += spread(reader, reader.file.elements[groups[0][0]][0][:3])
     return [InpBody(reader, group, f"body{number}") for number, group in enumerate(groups, 1)]
 
 
@@ -91,11 +108,13 @@ def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
     """Node sets that hold no face."""
     notes = []
     for name, values in reader.held[-1].items():
-        nodes = reader.file.members(name)
+        nodes = [*{*reader.file.members(name)} - reader.apart]
         # what lies on an axis of revolution stays there
         still = bodies[0].kind == "CAX" and {*values} == {1}
-        if not any(name in body.sets for body in bodies) and not (
-            still and all(reader.file.nodes[node][0] == 0.0 for node in nodes)
+        if (
+            nodes
+            and not any(name in body.sets for body in bodies)
+            and not (still and all(reader.file.nodes[node][0] == 0.0 for node in nodes))
         ):
             notes.append(
                 f"*BOUNDARY: {name} ({count(nodes, 'node')}) covers no face of a body that is not "
@@ -106,7 +125,12 @@ def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
 
 def _lost_forces(reader: Statements, bodies: list[InpBody]) -> list[str]:
     """Forces at nodes of no body, or across the plane of one."""
-    forces = {key for step in reader.forces for key, force in step.items() if force}
+    forces = {
+        (node, freedom)
+        for step in reader.forces
+        for (node, freedom), force in step.items()
+        if force and node not in reader.apart
+    }
     lost = [node for node, _ in sorted(forces.difference(*(body.freedoms for body in bodies)))]
     text = f"*CLOAD: {count(lost, 'node')} of no body, or across its plane; not taken"
     return [text] if lost else []
@@ -120,46 +144,58 @@ def _unused(reader: Statements, bodies: list[InpBody]) -> list[str]:
             notes.append(f"*SURFACE {name}: faces inside of {count(inside, 'element')}; not taken")
     if idle := [name for name in reader.surfaces if name not in reader.used]:
         notes.append(f"*SURFACE {', '.join(idle)}: in no contact pair or load; not taken")
-    pressed = {*reader.pressed[-1]}.difference(*(body.free for body in bodies))
+    given = set[Face]().union(*reader.pressed, *reader.tractions)
+    pressed = given.difference(*(body.free for body in bodies))
     if lost := [number for number, _ in pressed]:
         notes.append(
-            f"pressure on faces of {count(lost, 'element')} that lie inside, are held or in "
+            f"load on faces of {count(lost, 'element')} that lie inside, are held or in "
             f"contact; not taken"
         )
     return notes
 
 
-def _pairs(reader: Statements, bodies: list[InpBody]) -> list[Keyed]:
-    pairs = []
+def _pairs(reader: Statements, bodies: list[InpBody]) -> list[Pair]:
+    """Contacts, each with the node at which a bolt is pulled there."""
+    pairs: list[Pair] = []
+    nodes = {one.name for one in reader.references}
     for number, pair in enumerate(reader.pairs, 1):
-        sides = ("secondary", "primary")
         ends = {
             side: [f"{body.name}.{pair[side]}" for body in bodies if pair[side] in body.surfaces]
-            for side in sides
+            or [pair[side]] * (pair[side] in nodes)
+            for side in ("secondary", "primary")
         }
-        if any(len(end) != 1 for end in ends.values()):
+        if not all(ends.values()):
             reader.notes.append(
                 f"*{pair['kind']} {pair['secondary']}, {pair['primary']}: each surface must lie on "
-                f"one body; not taken"
+                f"a body; not taken"
             )
             continue
         law = dict(reader.laws.get(pair["interaction"], {}))
         if pair["kind"] == "TIE" or law.get("normal") == "bonded":
             law = {"normal": "bonded"}
         gap = reader.clearances.get((pair["secondary"], pair["primary"]))
-        pairs.append(
-            {"name": f"pair{number}"}
-            | {side: end for side, (end,) in ends.items()}
-            | law
-            | ({} if gap is None else {"gap": gap})
-        )
+        sides = {side: end if len(end) > 1 else end[0] for side, end in ends.items()}
+        given = {"name": f"pair{number}", **sides, **law, **({} if gap is None else {"gap": gap})}
+        pairs.append((given, pair.get("bolt")))
     return pairs
 
 
-def _steps(bodies: list[InpBody], names: list[str]) -> list[Keyed]:
+def _rigid(reader: Statements, pairs: list[Pair]) -> list[Reference]:
+    """Reference nodes to which a surface is bonded; one may have several surfaces."""
+    names = {one.name: one for one in reader.references}
+    return [
+        names[name] for name in dict.fromkeys(str(p["primary"]) for p, _ in pairs) if name in names
+    ]
+
+
+def _steps(
+    reader: Statements,
+    bodies: list[InpBody],
+    pairs: list[Pair],
+) -> list[Keyed]:
     """Load steps, where there are several: what has another value than in the step before."""
     steps: list[Keyed] = []
-    for number, name in enumerate(names if len(names) > 1 else ()):
+    for number, name in enumerate(reader.steps if len(reader.steps) > 1 else ()):
         changes: dict[str, list[Keyed]] = {"boundary": [], "loads": [], "point_force": []}
         for body in bodies if number else ():
             own = {"body": body.name}
@@ -180,5 +216,24 @@ def _steps(bodies: list[InpBody], names: list[str]) -> list[Keyed]:
             }
             if now != before:
                 changes["loads"].append({**own, **ended, **now})
+        if number:
+            changes |= _followers(reader, pairs, bodies[0].kind, number)
         steps.append({"name": name, **{k: v for k, v in changes.items() if v}})
     return steps
+
+
+def _followers(
+    reader: Statements, pairs: list[Pair], kind: str, step: int
+) -> dict[str, list[Keyed]]:
+    """What reference nodes change in a step."""
+    moved = [
+        [obstacle(reader, one, k, kind) for one in _rigid(reader, pairs)] for k in (step, step - 1)
+    ]
+    bolts = [
+        [{"name": pair["name"], **bolt(reader, at, k)} for pair, at in pairs if at]
+        for k in (step, step - 1)
+    ]
+    return {
+        key: [now for now, was in zip(*states, strict=True) if now != was]
+        for key, states in (("obstacle", moved), ("contact", bolts))
+    }

@@ -15,13 +15,16 @@ from ..arrays import LARGEST_NUMBER
 from ..errors import InputError
 from ..given.posed import HOLD
 from ..untyped import Keyed
-from .inp_changes import gather, read_temperature, renew
+from .inp_changes import at_end, gather, read_temperature, renew
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile, Keyword
+from .inp_loads import read_force, read_load
+from .inp_references import READ, Reference, references_of
 
 SILENT = {
+    "AMPLITUDE",
+    "ORIENTATION",
     "HEADING",
-    "STATIC",
     "END STEP",
     "OUTPUT",
     "NODE OUTPUT",
@@ -41,9 +44,8 @@ SILENT = {
     "PHYSICAL CONSTANTS",
     "PRINT",
 }
-"""What says nothing of the problem, or is read with the keyword that it belongs to."""
+"""What says nothing of the problem, all bodies being isotropic, or is read with what names it."""
 CHANGING: dict[str, tuple[str, ...]] = {
-    "AMPLITUDE": (),
     "OP": ("MOD", "NEW"),
     "ADJUST": (),
     "DEPENDENCIES": (),
@@ -51,9 +53,25 @@ CHANGING: dict[str, tuple[str, ...]] = {
     "NLGEOM": ("NO",),
     "STICK SLOPE": (),
     "SLIP TOLERANCE": (),
-    "ORIENTATION": (),
 }
 """Parameters that change what a keyword says, and their values that do not."""
+MEANT = {
+    "EQUATION": "ties displacements of nodes to each other: ",
+    "MPC": "ties displacements of nodes to each other: ",
+    "TRANSFORM": "turns the axes of conditions and forces at its nodes: ",
+    "CONTACT": "contact of all surfaces; give *CONTACT PAIR: ",
+    "PLASTIC": "yields; bodies stay elastic here: ",
+    "SHELL SECTION": "elements without a volume: ",
+    "BEAM SECTION": "elements without a volume: ",
+    "SPRING": "springs between nodes: ",
+    "MASS": "mass at nodes: ",
+    "DYNAMIC": "inertia; loads are static here: ",
+    "FREQUENCY": "vibration; loads are static here: ",
+    "BUCKLE": "stability; displacements are small here: ",
+    "HEAT TRANSFER": "flow of heat; give *TEMPERATURE: ",
+    "COUPLED TEMPERATURE-DISPLACEMENT": "flow of heat; give *TEMPERATURE: ",
+}
+"""What keywords that are not taken would mean."""
 PROPERTIES = {
     "ELASTIC": ("young_modulus", "poisson_ratio"),
     "DENSITY": ("density",),
@@ -62,7 +80,10 @@ PROPERTIES = {
 """Keys of a `material` that keywords give."""
 FREEDOMS = 99
 """Bound of the number of a degree of freedom, above that of any program."""
-TYPED = {"ENCASTRE": (1, 2, 3), "PINNED": (1, 2, 3), "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,)}
+TYPED = {
+    **{"ENCASTRE": (1, 2, 3, 4, 5, 6), "PINNED": (1, 2, 3)},
+    **{"XSYMM": (1, 5, 6), "YSYMM": (2, 4, 6), "ZSYMM": (3, 4, 5)},
+}
 """Degrees of freedom that named conditions hold."""
 
 
@@ -85,13 +106,13 @@ class Statements:
     laws : dict of dicts by interaction
         Keys and values of a `contact`.
     pairs : list of dict
-        interaction, kind, secondary, primary.
+        interaction, kind, secondary, primary, and bolt where one is cut.
     clearances : dict of float by secondary and primary
         Gap that stands in the place of that of the geometry [length].
     held : list of dicts by node set
         At the end of each step, values by degree of freedom from 1 [length], or "hold".
-    pressed : list of dicts by face
-        At the end of each step [stress].
+    pressed, tractions : lists of dicts by face
+        At the end of each step, tractions as `linear_traction` has them [stress].
     forces : list of dicts by node and degree of freedom
         At the end of each step, those of middle nodes on the corners beside them [force].
     volume : list of dicts by element
@@ -110,6 +131,9 @@ class Statements:
         Kinds of loads that a step, by its number, has taken away with OP=NEW.
     steps : list of str
         Names of the load steps.
+    references : list of Reference
+    period : float
+        Time of the step that is read.
     """
 
     file: InpFile
@@ -119,10 +143,11 @@ class Statements:
     sections: dict[int, str] = field(default_factory=dict)
     thickness: dict[int, float] = field(default_factory=dict)
     laws: dict[str, Keyed] = field(default_factory=dict)
-    pairs: list[dict[str, str]] = field(default_factory=list)
+    pairs: list[Keyed] = field(default_factory=list)
     clearances: dict[tuple[str, str], float] = field(default_factory=dict)
     held: list[dict[str, dict[int, float | str]]] = field(default_factory=lambda: [{}])
     pressed: list[dict[Face, float]] = field(default_factory=lambda: [{}])
+    tractions: list[dict[Face, Any]] = field(default_factory=lambda: [{}])
     forces: list[dict[tuple[int, int], float]] = field(default_factory=lambda: [{}])
     volume: list[dict[int, Keyed]] = field(default_factory=lambda: [{}])
     warmed: list[dict[int, float]] = field(default_factory=lambda: [{}])
@@ -132,26 +157,34 @@ class Statements:
     used: set[str] = field(default_factory=set)
     names: dict[str, str] = field(default_factory=dict)
     steps: list[str] = field(default_factory=list)
+    references: list[Reference] = field(default_factory=list)
+    period: float = 1.0
 
     def read(self) -> None:
         """Read all keywords in order; those in a step belong to it."""
         for name, numbers in self.file.nsets.items():
             if unknown := {*numbers} - self.file.nodes.keys():
                 self.notes.append(f"*NSET {name}: {count([*unknown], 'node')} not there; not taken")
+        self.references, unread = references_of(self), dict[str, list[Keyword]]()
         for keyword in self.file.rest:
             self._check_parameters(keyword)
             if keyword.name == "STEP":
                 # the first step's conditions stand beside those of the model
                 if self.steps:
-                    for states in list[Any]([self.held, self.pressed, self.volume, self.warmed]):
+                    lasting = self.held, self.pressed, self.tractions, self.volume, self.warmed
+                    for states in list[Any](lasting):
                         states.append(copy.deepcopy(states[-1]))
                     self.forces.append({})
                 self.steps.append(keyword.parameters.get("NAME", f"step{len(self.steps) + 1}"))
+                self.period = 1.0
             elif read := self._readers.get(keyword.name):
                 renew(self, keyword)
-                read(keyword)
-            elif keyword.name not in SILENT:
-                self.note(keyword, "not taken")
+                read(at_end(self, keyword))
+            elif keyword.name not in SILENT | READ:
+                unread.setdefault(keyword.name, []).append(keyword)
+        for name, (first, *more) in unread.items():
+            times = f" ({1 + len(more)} times)" if more else ""
+            self.note(first, f"{MEANT.get(name, '')}not taken{times}")
         gather(self)
         self.forces = list(itertools.accumulate(self.forces, operator.or_))
 
@@ -172,10 +205,11 @@ class Statements:
             "CONTACT PAIR": self._pair,
             "TIE": self._pair,
             "CLEARANCE": self._clearance,
+            "STATIC": self._static,
             "BOUNDARY": self._boundary,
-            "CLOAD": self._force,
-            "DLOAD": self._load,
-            "DSLOAD": self._load,
+            "CLOAD": functools.partial(read_force, self),
+            "DLOAD": functools.partial(read_load, self),
+            "DSLOAD": functools.partial(read_load, self),
             "MATERIAL": self._named,
             "SURFACE INTERACTION": self._named,
             "ELASTIC": self._property,
@@ -187,6 +221,10 @@ class Statements:
             "TEMPERATURE": functools.partial(read_temperature, self),
             "INITIAL CONDITIONS": functools.partial(read_temperature, self),
         }
+
+    def _static(self, keyword: Keyword) -> None:
+        """Read the time of the step."""
+        self.period = [*self.floats(keyword, [*keyword.rows[:1], ["1."]][0]), 0.0][1] or 1.0
 
     def _named(self, keyword: Keyword) -> None:
         """Remember the material or interaction to which the next keywords belong."""
@@ -271,9 +309,9 @@ class Statements:
                     f"face {side or 'missing'} of {row[0]}: S1, S2, ... are read; not taken",
                 )
                 continue
-            faces += self._faces(keyword, row[0], numbers, side)
+            faces += self.faces(keyword, row[0], numbers, side)
 
-    def _faces(self, keyword: Keyword, name: str, numbers: list[int], side: str) -> list[Face]:
+    def faces(self, keyword: Keyword, name: str, numbers: list[int], side: str) -> list[Face]:
         """Return face S2 or P2 of elements; note the elements that are not there."""
         k, elements = int(side[1:]) - 1, self.file.elements
         there = [number for number in numbers if number in elements]
@@ -310,66 +348,35 @@ class Statements:
         # before the second step nothing has moved
         stays = "FIXED" in keyword.parameters and len(self.steps) > 1
         for row in keyword.rows:
-            held: dict[int, float | str] = self.held[-1].setdefault(row[0].upper(), {})
-            if len(row) > 1 and row[1].upper() in TYPED:
-                held |= dict.fromkeys(TYPED[row[1].upper()], HOLD if stays else 0.0)
-                continue
-            first, last, value = self.floats(keyword, [*row[1:], *["", "", ""]][:3])
-            if not 1.0 <= first <= (last or first) <= FREEDOMS:
-                raise self.error(keyword, f"degrees of freedom are 1 to {FREEDOMS}, got {row[1:3]}")
-            for freedom in range(int(first), int(last or first) + 1):
-                if freedom <= 3:
-                    held[freedom] = HOLD if stays else value
-                else:
+            most, freedoms, value = (
+                6 if self.refers(row[0]) else 3,
+                TYPED.get([*row, ""][1].upper()),
+                0.0,
+            )
+            if freedoms is None:
+                first, last, value = self.floats(keyword, [*row[1:], *["", "", ""]][:3])
+                if not 1.0 <= first <= (last or first) <= FREEDOMS:
+                    text = f"degrees of freedom are 1 to {FREEDOMS}, got {row[1:3]}"
+                    raise self.error(keyword, text)
+                freedoms = tuple(range(int(first), int(last or first) + 1))
+                if freedoms[-1] > most:
                     self.note(keyword, f"{row[0]}: rotations are none of solids; not taken")
+            taken = [freedom for freedom in freedoms if freedom <= most]
+            held = self.held[-1].setdefault(row[0].upper(), {})
+            held |= dict.fromkeys(taken, HOLD if stays else value)
 
-    def _force(self, keyword: Keyword) -> None:
-        """Forces at nodes; those of a node in the middle of an edge act half on either end of it,
-        with the same resultant and moment."""
-        for row in keyword.rows:
-            if len(row) != 3:
-                raise self.error(
-                    keyword, f"node, degree of freedom and force, got {', '.join(row)}"
-                )
-            freedom, force = self.floats(keyword, row[1:])
-            if freedom not in (1.0, 2.0, 3.0):
-                self.note(keyword, f"{row[0]}: moments act on no node of a solid; not taken")
-                continue
-            for number in self.file.members(row[0]):
-                ends, forces = self.file.middles.get(number, (number,)), self.forces[-1]
-                forces |= {
-                    (end, int(freedom)): forces.get((end, int(freedom)), 0.0) + force / len(ends)
-                    for end in ends
-                }
+    @property
+    def apart(self) -> set[int]:
+        """Reference nodes, and those of their rotations."""
+        return {node for one in self.references for node in (one.node, one.turning)}
 
-    def _load(self, keyword: Keyword) -> None:
-        for row in keyword.rows:
-            kind = row[1].upper() if len(row) > 1 else ""
-            # a surface has its faces, whatever number stands behind the P
-            whole = self.surfaces.keys() - self.covering.keys() - self.file.elsets.keys()
-            pressed = kind[:1] == "P" and (kind == "P" or kind[1:].isdecimal())
-            if pressed and row[0].upper() in whole:
-                self.used.add(row[0].upper())
-                faces = self.surfaces[row[0].upper()]
-            elif kind in ("GRAV", "CENTRIF"):
-                self._volume_load(keyword, kind, row)
-                continue
-            elif kind[:1] == "P" and kind[1:].isdecimal():
-                faces = self._faces(keyword, row[0], self.file.members(row[0], "ELSET"), kind)
-            else:
-                self.note(keyword, f"load {kind or 'missing'} on {row[0]}; not taken")
-                continue
-            self.pressed[-1] |= dict.fromkeys(faces, self.floats(keyword, row[2:3])[0])
+    def refers(self, word: str) -> bool:
+        """Return whether a word names reference nodes only."""
+        return self.apart.issuperset(self.file.members(word))
 
-    def _volume_load(self, keyword: Keyword, kind: str, row: Sequence[str]) -> None:
-        size, *way = self.floats(keyword, (*row[2:9], *[""] * 7)[:7])
-        loads: Keyed = {"acceleration": [size * c for c in way[:3]]}
-        if kind == "CENTRIF":
-            if size < 0.0:
-                raise self.error(keyword, f"CENTRIF: ω² is not negative, got {size:g}")
-            loads = {"angular_velocity": math.sqrt(size), "centre": way[:3], "axis": way[3:]}
-        for number in self.file.members(row[0], "ELSET"):
-            self.volume[-1][number] = self.volume[-1].get(number, {}) | loads
+    def width(self, face: Face) -> float:
+        """Return the thickness of the element of a face, where forces are whole ones."""
+        return self.thickness.get(face[0], 1.0)
 
     def floats(self, keyword: Keyword, words: Sequence[str]) -> list[float]:
         """Return the numbers of a row; a number that is left out is 0."""

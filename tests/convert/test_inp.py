@@ -106,7 +106,7 @@ def plain(tmp_path_factory):
     return converted(tmp_path_factory.mktemp("plain"), "\n".join(stacked(2)))
 
 
-HIDDEN = "pressure on faces of 1 element (1001) that lie inside, are held or in contact; not taken"
+HIDDEN = "load on faces of 1 element (1001) that lie inside, are held or in contact; not taken"
 LOST = "without a face that is neither held nor in contact; not taken"
 
 
@@ -130,7 +130,10 @@ LOST = "without a face that is neither held nor in contact; not taken"
         ("*DLOAD/1001, P2, 2.0", HIDDEN),
         ("*SURFACE, NAME=HIGH/1001, S2", "HIGH: faces inside of 1 element (1001); not taken"),
         ("*NSET, NSET=LOST/1, 500, 501, 502", "3 nodes (500, 501, ...) not there; not taken"),
-        ("*BOUNDARY, AMPLITUDE=UP/FOOT, 1", "*BOUNDARY: AMPLITUDE=UP; not taken"),
+        (
+            "*EQUATION/2/1, 1, 1., 2, 1, -1./*EQUATION/2/1, 2, 1., 2, 2, -1.",
+            "*EQUATION: ties displacements of nodes to each other: not taken (2 times)",
+        ),
         ("*BOUNDARY, TYPE=VELOCITY/FOOT, 1", "*BOUNDARY: TYPE=VELOCITY; not taken"),
         ("*CONTACT PAIR, INTERACTION=RUB/HIGH", "contact of a surface with itself; not taken"),
         ("*FRICTION/0.3, 0.0/0.2, 1.0", "slip rate, pressure or temperature; the first is taken"),
@@ -188,7 +191,7 @@ SECTION = "*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL"
         ("UNDER, S3", "UNDERS, S3", "no ELSET 'UNDERS'; there are LOWER, UPPER, UNDER, OVER"),
         ("FOOT, 1, 2, 0.", "FOOT, 1, 2, zero", "*BOUNDARY: numbers are expected"),
         (BLOCK.format("CPE4R"), BLOCK.format("CAX4"), "bodies of revolution (CAX) beside others"),
-        ("*HEADING", "*INCLUDE, INPUT=other.inp", "*INCLUDE: other files are not read"),
+        ("*HEADING", "*INCLUDE, INPUT=../other.inp", "only files of the same folder are read"),
         ("*HEADING", "*NODE, SYSTEM=C", "*NODE: nodes in another system are not read"),
         ("1, 1, 4, 5, 2", "1, 1, 4, 5", "*ELEMENT: 39 numbers are no multiple of 5"),
         ("1, 1, 4, 5, 2", "1, 1, 5, 4, 2", "element 1 is folded: its corners turn both ways"),

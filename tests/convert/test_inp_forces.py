@@ -8,7 +8,7 @@ import pytest
 from inp_decks import converted, grid, sets
 
 from petcontact import solve
-from petcontact.convert.inp_forces import linear_traction
+from petcontact.convert.inp_forces import linear_traction, written
 
 MATERIAL = """*MATERIAL, NAME=M
 *ELASTIC
@@ -35,7 +35,9 @@ def test_a_traction_has_the_resultant_and_the_moments_of_forces(d):
     at = rng.normal(size=(6, d))
     shape = [(0, 1), (1, 2), (4, 5)] if d == 2 else [(0, 1, 2), (1, 2, 3), (2, 3, 4)]
     points, forces = rng.normal(size=(7, d)), rng.normal(size=(7, d))
-    found = linear_traction([at[list(corners)] for corners in shape], points, forces, False)
+    found = written(
+        linear_traction([at[list(corners)] for corners in shape], points, forces, False)
+    )
     first, force = np.zeros((d, d)), np.zeros(d)
     gauss, weight = np.polynomial.legendre.leggauss(3)
     for corners in shape:
