@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import InputError, OutputError, in_file
 from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
+from ..runtime.terminal import SOON
 from ..untyped import Comm, Keyed
 from .options import option, options, positive, real
 
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".h5", ".hdf5")
 """Suffixes of result files."""
-SOON = 5.0
-"""Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
 

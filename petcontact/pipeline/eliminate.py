@@ -17,9 +17,12 @@ from ..errors import InputError, SolverError
 from ..geometry.condensed_surface import CondensedSurface
 from ..geometry.surface import Boundary
 from ..given.tables.solver_options import Bem
+from ..runtime.memory import resident_memory
 from ..untyped import Comm
 from .choice import (
     LARGEST,
+    USUAL,
+    Newton,
     check_memory,
     compression_of,
     has_compressed,
@@ -47,7 +50,9 @@ them. A step that names none is solved with 1, 4 and often 16."""
 FINISHED = 1.2
 """Processor time of a solve with errors and stresses over that of its increments. The told time of
 five problems in space was then 0.5 to 1.9 of what they took."""
-Announce = Callable[[int, int, float, float], Callable[[float], None]]
+Progress = Callable[[float], None]
+"""Called with the share of a matrix that is built."""
+Announce = Callable[[int, int, float, float], Progress]
 """Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes; what it
 returns is called with the share of the matrix that is built."""
 
@@ -57,7 +62,11 @@ def silent(share: float) -> None:
 
 
 def eliminated(
-    discrete: Discrete, comm: Comm, cases: int = 1, announce: Announce | None = None
+    discrete: Discrete,
+    comm: Comm,
+    cases: int = 1,
+    announce: Announce | None = None,
+    newton: Newton = USUAL,
 ) -> BodiesSystem:
     """Eliminate the bodies and compose them; the same on every rank.
 
@@ -70,6 +79,8 @@ def eliminated(
     cases : int
         How many will be run on it: several may share more than one would.
     announce : callable, optional
+    newton : Newton, optional
+        What increments are expected to take.
 
     Raises
     ------
@@ -79,7 +90,7 @@ def eliminated(
         If a body cannot be eliminated.
     """
     bem, meshes = resolved_bem(discrete.posed.bem), discrete.meshes
-    progress = _announced(discrete, bem, announce)
+    progress = _announced(discrete, bem, announce, newton)
     if discrete.posed.method.formulation == "full":
         bodies: list[ElasticBody | None] = [_full(discrete, bem, comm)]
     else:
@@ -98,7 +109,7 @@ def eliminated(
     return BodiesSystem(complete, discrete.interfaces, x, centres, comm, cases, joined)
 
 
-def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Callable[[float], None]:
+def _announced(discrete: Discrete, bem: Bem, announce: Announce | None, newton: Newton) -> Progress:
     """Refuse what does not fit the machine, and tell the size of what does."""
     meshes, nodes = discrete.meshes, sum(len(interface.nodes) for interface in discrete.interfaces)
     contact = [data.contact_shape for data in discrete.data]
@@ -109,11 +120,17 @@ def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Calla
     seconds = FINISHED * solve_seconds(
         bem,
         meshes,
+        [m * k for m, k in contact],
+        nodes * contact[0][1],
         _increments(discrete, costly=costly),
         sum(free.shape[2] for free in discrete.motions),
+        newton,
     )
     return announce(
-        sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes), seconds, needed
+        sum(mesh.n_nodes for mesh in meshes),
+        sum(mesh.x.size for mesh in meshes),
+        seconds,
+        needed + resident_memory(),
     )
 
 
@@ -193,7 +210,7 @@ def _full(discrete: Discrete, bem: Bem, comm: Comm) -> ElasticBody:
 
 
 def _compressed(
-    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Callable[[float], None]
+    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Progress
 ) -> ElasticBody | None:
     """A body on compressed operators; None where dense ones are predicted, or found, to do
     better."""
@@ -206,7 +223,7 @@ def _compressed(
 
 
 def _by_hmatrix(
-    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Callable[[float], None]
+    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Progress
 ) -> ElasticBody | None:
     from ..compliance.hierarchical.body import HierarchicalBody
 
@@ -214,7 +231,7 @@ def _by_hmatrix(
 
 
 def _by_hodlr(
-    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Callable[[float], None]
+    discrete: Discrete, number: int, bem: Bem, comm: Comm, progress: Progress
 ) -> ElasticBody | None:
     from ..compliance.body.hodlr import HodlrBody
 

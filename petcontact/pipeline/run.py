@@ -27,6 +27,7 @@ from ..runtime.signals import BrokenOff
 from ..runtime.terminal import printable
 from ..runtime.world import world
 from ..untyped import Comm, Keyed
+from .choice import USUAL, Newton
 from .eliminate import Announce, eliminated
 from .judge.findings import limit_of
 from .judge.increments import rough_step
@@ -50,6 +51,7 @@ def prepare(
     law: GivenLaw | None = None,
     cases: int = 1,
     announce: Announce | None = None,
+    newton: Newton = USUAL,
 ) -> PreparedProblem:
     """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
 
@@ -67,6 +69,8 @@ def prepare(
     announce : callable, optional
         Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes before
         these are spent; what it returns is called with the share that is built of an H-matrix.
+    newton : Newton, optional
+        What increments are expected to take.
 
     Raises
     ------
@@ -84,7 +88,7 @@ def prepare(
     largest = max(mesh.x.size for mesh in discrete.meshes)
     with options(problem.petsc), threads.suited_to(largest), timed() as stages:
         check_feasible(discrete, comm)
-        system = eliminated(discrete, comm, cases, announce)
+        system = eliminated(discrete, comm, cases, announce, newton)
     chosen = problem.method if method is None else method
     if not discrete.interfaces:  # there is nothing for a method to do, whichever is asked for
         chosen, rule = Method(name="semismooth-newton"), None

@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.status import Status
 
+SOON = 5.0
+"""Seconds of work that need no announcement."""
+
 
 def mend_streams() -> None:
     """Make standard streams that can take whatever is said: closed ones lead nowhere, what an

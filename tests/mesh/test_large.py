@@ -70,7 +70,9 @@ def test_what_takes_a_while_is_announced(comm, capsys):
 
     small = many_sided(100, element_size=1.0)
     prepare(small, comm, announce=announce).close()
-    seconds = FINISHED * 2.0 * choice.dense_seconds(mesh_of(small.bodies[0], small.outline()))
+    mesh = mesh_of(small.bodies[0], small.outline())
+    nodes = len(mesh.nodes_of("c"))
+    seconds = FINISHED * choice.solve_seconds(Bem(), [mesh], [nodes], nodes, 1)
     assert [words[:3] for words in announced] == [(100, 200, seconds)]
     assert announced[0][3] > 8 * 200**2
     for adaptive in (False, True):

@@ -3,8 +3,11 @@ points."""
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
+import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, to
 from petcontact import InputError, Polygon, adapt
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.mesh.hp_grading import Grading, graded_mesh
+from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.adapt.level_solver import LevelSolver
 from petcontact.pipeline.adapt.slip_ladder import (
     Slip,
@@ -214,3 +218,19 @@ def test_specks_are_removed_and_zones_kept():
     element = np.repeat(np.arange(4), 3)
     sign = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1])
     assert without_specks(sign, element).tolist() == [1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1]
+
+
+def test_a_mesh_that_takes_far_longer_than_announced_is_given_up(monkeypatch):
+    """The clock stands still but in the third mesh, where it runs by an hour a look."""
+    meshes, clock = [], itertools.count()
+    late = SimpleNamespace(
+        process_time=lambda: 3600.0 * next(clock) if len(meshes) > 2 else 0.0,
+        perf_counter=time.perf_counter,
+    )
+    monkeypatch.setattr(level_solver, "time", late)
+    solution = adapt(
+        example(1), 1e-9, announce=lambda *size: meshes.append(size) or (lambda _: None)
+    )
+    assert len(meshes) == 3 and len(solution.accuracy.elements) == 2
+    assert solution.status == "not converged"
+    assert "4 times the announced 5 s of processor time are over" in solution.reason

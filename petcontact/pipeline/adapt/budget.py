@@ -93,7 +93,10 @@ def beyond_budget(
     bodies = max(len(meshes), 2 * faces)
     budget = budget_of(bodies, wanted.asked)
     nodes = sum(mesh.n_nodes for mesh in meshes)
-    seconds = solve_seconds(bem, meshes, *counts)
+    nodes_of, total = contact_sizes(posed, meshes)
+    components = meshes[0].components
+    unknowns = [components * count for count in nodes_of]
+    seconds = solve_seconds(bem, meshes, unknowns, components * total, *counts)
     if nodes > budget.nodes or seconds > budget.seconds:
         goes_on = f"--accuracy {wanted.accuracy:g} goes on, to at most {budget_of(bodies, True)}"
         more = "a [mesh] of your own may have more" if wanted.asked else goes_on
@@ -103,7 +106,7 @@ def beyond_budget(
             f"{budget}; {more}"
         )
     try:
-        needed_memory(bem, meshes, *contact_sizes(posed, meshes), meshes[0].components)
+        needed_memory(bem, meshes, nodes_of, total, components)
     except InputError as error:
         return f"the next mesh does not fit the memory ({error})"
     return ""

@@ -6,16 +6,20 @@ import math
 import time
 from dataclasses import replace
 
-from ...contact.law_protocol import GivenLaw
+import numpy as np
+
+from ...contact.law_protocol import OPEN, GivenLaw
+from ...contact.state import ContactState
 from ...errors import InaccurateOperator
 from ...model.problem import Problem
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.memory import release_memory
 from ...runtime.signals import answering
+from ...runtime.terminal import SOON
 from ...untyped import Comm
-from ..choice import TIGHTEST, chosen_tolerance, has_compressed
-from ..eliminate import Announce
+from ..choice import TIGHTEST, USUAL, Newton, chosen_tolerance, has_compressed
+from ..eliminate import Announce, Progress, silent
 from ..judge.thickness import compactness
 from ..pose.discretise import Discrete, discretise
 from ..run import RESOLVED, Coarse, prepare, reported, unreported
@@ -27,6 +31,8 @@ from .strategy import M, Meshes, Tried
 
 TIGHTER = 0.25
 """Factor on the compression tolerance after a solution that is not accurate enough [-]."""
+OVER = 4
+"""Times the announced processor time after which a mesh is given up for the one before it."""
 
 
 class LevelSolver:
@@ -52,11 +58,26 @@ class LevelSolver:
     ) -> None:
         self.problem = by_newton(problem)
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
+        self._told, self._due = 0.0, math.inf
         self._aimed = self._tolerance = math.nan
         self._tried: PreparedProblem | None = None
         self._before: PreparedProblem | None = None
         self.kept: PreparedProblem | None = None
         self.coarse: Coarse | None = None
+
+    def _announced(self, nodes: int, unknowns: int, seconds: float, memory: float) -> Progress:
+        """Announce a mesh, and note when it has taken far longer."""
+        self._told = max(seconds, SOON)
+        self._due = time.process_time() + OVER * self._told
+        return (
+            silent if self._announce is None else self._announce(nodes, unknowns, seconds, memory)
+        )
+
+    def _watch(self, state: ContactState) -> str | None:
+        """Return why a mesh with one before it ends, or what the monitor says."""
+        if self.kept is not None and time.process_time() > self._due:
+            return f"{OVER} times the announced {self._told:.0f} s of processor time are over"
+        return None if self._monitor is None else self._monitor(state)
 
     def aim(self, accuracy: float) -> None:
         """Choose the tolerance of compressed operators for a wanted accuracy."""
@@ -131,7 +152,7 @@ class LevelSolver:
             # once: each try that fails costs as much as the whole mesh
             problem = replace(problem, factors=factors, halvings=1)
         self._tried = problem
-        solution = unreported(problem, self._monitor)
+        solution = unreported(problem, self._watch)
         if _is_large(discrete):
             solution = reported(problem, solution)
         return Tried(meshes, discrete, replace(solution, problem=self.problem))
@@ -155,7 +176,13 @@ class LevelSolver:
             discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method})
         )
         seconds = time.perf_counter() - began
-        problem = prepare(discrete.problem, self._comm, discrete, announce=self._announce)
+        problem = prepare(
+            discrete.problem,
+            self._comm,
+            discrete,
+            announce=self._announced,
+            newton=USUAL if last is None else _steps_of(last),
+        )
         problem.timings["mesh"] += seconds
         return discrete, problem
 
@@ -166,6 +193,14 @@ class LevelSolver:
             tried.close()
             self.kept = None if tried is kept else kept
         self._tried = None
+
+
+def _steps_of(solution: Solution) -> Newton:
+    """Return what the increments of a solution have taken."""
+    steps = [step.iterations for step in solution.steps]
+    states = [pair.state for step in solution.steps for pair in step.pairs.values()]
+    closed = np.concatenate([*states, []]) != OPEN
+    return Newton(float(np.mean(steps or [1])), float(closed.mean()) if len(closed) else 0.0)
 
 
 def _is_large(discrete: Discrete) -> bool:
