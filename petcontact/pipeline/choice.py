@@ -64,9 +64,8 @@ one core, 1.8e-11 to 2.6e-11."""
 
 @record
 class Newton:
-    """Newton steps of an increment, and the share of the unknowns of contact in one that are
-    closed: what the mesh before has, else about the middle of 2.5 to 11 steps and of half to all.
-    """
+    """Newton steps of an increment, those of the mesh before or about the middle of 2.5 to 11, and
+    the share of the unknowns of contact that are closed, the middle of half to all."""
 
     steps: float = 6.0
     closed: float = 0.75

@@ -7,7 +7,9 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import scipy.spatial
 
+from ...arrays import Array
 from ...contact.law_protocol import OPEN, GivenLaw
 from ...contact.state import ContactState
 from ...errors import InaccurateOperator
@@ -181,7 +183,7 @@ class LevelSolver:
             self._comm,
             discrete,
             announce=self._announced,
-            newton=USUAL if last is None else _steps_of(last),
+            newton=USUAL if last is None else _steps_of(last, discrete),
         )
         problem.timings["mesh"] += seconds
         return discrete, problem
@@ -195,12 +197,24 @@ class LevelSolver:
         self._tried = None
 
 
-def _steps_of(solution: Solution) -> Newton:
-    """Return what the increments of a solution have taken."""
-    steps = [step.iterations for step in solution.steps]
-    states = [pair.state for step in solution.steps for pair in step.pairs.values()]
-    closed = np.concatenate([*states, []]) != OPEN
-    return Newton(float(np.mean(steps or [1])), float(closed.mean()) if len(closed) else 0.0)
+def _steps_of(solution: Solution, discrete: Discrete) -> Newton:
+    """Return what the increments of a solution have taken, and the share of the nodes of another
+    mesh that lie nearest to closed ones."""
+    if not (solution.steps and discrete.interfaces):
+        return USUAL
+    closed = list[Array]()
+    for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        pairs = [step.pairs[side.name] for step in solution.steps]
+        nodes = discrete.meshes[interface.body].x[interface.nodes]
+        near = scipy.spatial.cKDTree(pairs[0].x).query(nodes)[1]
+        closed.append(np.array([pair.state[near] != OPEN for pair in pairs]))
+    share, steps = (
+        np.hstack(closed).mean(axis=1),
+        [max(step.iterations, 1) for step in solution.steps],
+    )
+    # of increments the operations count, which are as the cube of what is closed
+    mean = float(np.average(share**3, weights=steps) ** (1.0 / 3.0))
+    return Newton(float(np.mean(steps)), mean)
 
 
 def _is_large(discrete: Discrete) -> bool:
