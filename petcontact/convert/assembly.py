@@ -14,7 +14,7 @@ import scipy.spatial
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
-from ..geometry.cad.part import CadSurface, is_cad, solids_of
+from ..geometry.cad.part import CadSurface, apart, is_cad, solids_of
 from ..geometry.gmsh import read_msh
 from ..geometry.gmsh_bodies import bodies_of
 from ..geometry.outline import Outline
@@ -25,6 +25,7 @@ from ..mesh.panelling import facet_mesh
 from ..model.shapes.files import Gmsh
 from ..round_off import WRITTEN
 from ..untyped import Keyed
+from .inp_forces import connected
 from .inp_problem import Converted
 
 NEAR = 0.3
@@ -36,8 +37,12 @@ FEWEST = 3
 """Nodes of a part that lie beside another one; parts that meet at a corner have fewer."""
 NEIGHBOURS = 6
 """Nodes of the other body that are looked at: those of the nearest cell and of its neighbours."""
+SAME_AXIS = 1e-2
+"""Sine between axes, and their distance over the size of a body, that are cells' only."""
 PER_SIDE = 60
 """Elements along the diagonal of a plane body."""
+PUSHED = "#>[body.loads]"
+"""First line of what pushes a body that nothing but contact holds."""
 Meshes = dict[str, BoundaryMesh]
 Ends = tuple[list[str], list[str]]
 
@@ -50,24 +55,19 @@ def proposed(source: str, target: Path) -> Converted:
     InputError
         If the file cannot be read, or no body of it can be meshed.
     """
-    path, notes, meshes = os.path.relpath(source, target.parent), list[str](), Meshes()
-    geometries = dict[str, Keyed]()
-    for name, key in _bodies_of(source).items():
-        try:
-            meshes[name] = _mesh(Gmsh(source, **key).outline())
-        except InputError as error:
-            notes.append(f"{name} is left out: {str(error).removeprefix(f'{source}: ')}")
-        geometries[name] = {"shape": "gmsh", "file": path, **key}
-    if not meshes:
-        raise InputError(f"{source}: {notes[0]}")
+    keys, notes = _bodies_of(source), list[str]()
+    solids = _solids(source, keys, notes)
+    meshes = {name: _mesh(solid) for name, solid in solids.items()}
     pairs = touching(meshes)
     ends = {end for pair in pairs for side in pair for end in side}
     alone = meshes.keys() - {end.partition(".")[0] for end in ends} if len(meshes) > 1 else ()
     notes += [f"{name} touches no other body" for name in sorted(alone)]
-    lines, given = _head(source, target.name, len(meshes), len(pairs), notes), _far(meshes, ends)
+    lines, given = _head(source, target.name, len(meshes), len(pairs), notes), _given(meshes, ends)
     for name, mesh in meshes.items():
-        lines += _body(name, geometries[name], mesh, ends, given)
-    return Converted("\n".join([*lines, *_contacts(pairs), ""]), notes=notes)
+        keys[name] = {"file": os.path.relpath(source, target.parent), **keys[name]}
+        lines += _body(name, {"shape": "gmsh", **keys[name]}, mesh, ends, given)
+    lines += _contacts(pairs, _gaps(pairs, meshes, solids), given)
+    return Converted("\n".join([*lines, ""]), notes=notes)
 
 
 def _head(source: str, title: str, bodies: int, contacts: int, notes: list[str]) -> list[str]:
@@ -89,6 +89,22 @@ def _bodies_of(source: str) -> dict[str, Keyed]:
     return {name: {"surface": name} for name in names} if len(names) > 1 else {"body": {}}
 
 
+def _solids(source: str, keys: dict[str, Keyed], notes: list[str]) -> dict[str, Any]:
+    """Return the boundaries of the bodies that can be meshed; note the others."""
+    solids = dict[str, Any]()
+    for name, key in keys.items():
+        try:
+            boundary = Gmsh(source, **key).outline()
+            _mesh(boundary)
+        except InputError as error:
+            notes.append(f"{name} is left out: {str(error).removeprefix(f'{source}: ')}")
+        else:
+            solids[name] = boundary
+    if not solids:
+        raise InputError(f"{source}: {notes[0]}")
+    return solids
+
+
 @functools.singledispatch
 def _mesh(boundary: Any) -> BoundaryMesh:
     """Return a mesh of a boundary, fine enough to see what it is near to."""
@@ -107,7 +123,8 @@ def _(boundary: Outline) -> BoundaryMesh:
 
 
 def touching(meshes: Meshes) -> list[Ends]:
-    """Return the parts "body.part" of each two bodies that may touch, those with less area first.
+    """Return the parts "body.part" of each two bodies that may touch, those with less area first:
+    in one pair what hangs together.
 
     A node is near another body where one of its nearest nodes there has an opposite normal, and a
     tangent plane that is closer than `NEAR`.
@@ -117,13 +134,56 @@ def touching(meshes: Meshes) -> list[Ends]:
         for two in names[a + 1 :]:
             found = _near(meshes[one], meshes[two])
             found |= {(part, other) for other, part in _near(meshes[two], meshes[one])}
-            sides = [
-                (body, sorted({pair[k] for pair in found})) for k, body in enumerate((one, two))
-            ]
-            sides.sort(key=lambda side: sum(_area(meshes[side[0]], part) for part in side[1]))
-            ends = [[f"{body}.{part}" for part in parts] for body, parts in sides]
-            result += [(ends[0], ends[1])] if found else []
+            for group in _together(found):
+                sides = [
+                    (body, sorted({pair[k] for pair in group})) for k, body in enumerate((one, two))
+                ]
+                sides.sort(key=lambda side: sum(_area(meshes[side[0]], part) for part in side[1]))
+                ends = [[f"{body}.{part}" for part in own] for body, own in sides]
+                result.append((ends[0], ends[1]))
     return result
+
+
+def _together(pairs: set[tuple[str, str]]) -> list[list[tuple[str, str]]]:
+    """Return pairs of parts, those that share a part in one list."""
+    numbers = {end: k for k, end in enumerate({(k, p[k]) for p in sorted(pairs) for k in (0, 1)})}
+    return connected({pair: [numbers[k, pair[k]] for k in (0, 1)] for pair in sorted(pairs)})
+
+
+def _gaps(pairs: list[Ends], meshes: Meshes, solids: dict[str, Any]) -> dict[int, float]:
+    """Return the gaps of pairs of round faces about one axis [length], which cells of the two do
+    not show as exactly."""
+    single = {
+        k: tuple(end[0].partition(".")[::2] for end in ends)
+        for k, ends in enumerate(pairs)
+        if len(ends[0]) == len(ends[1]) == 1
+    }
+    along = {
+        k: (solids[a], p, solids[b], q)
+        for k, ((a, p), (b, q)) in single.items()
+        if isinstance(solids[a], CadSurface) and _are_coaxial(meshes[a], p, meshes[b], q)
+    }
+    found = apart([*along.values()]) if along else []
+    return {k: gap for k, gap in zip(along, found, strict=True) if np.isfinite(gap)}
+
+
+def _are_coaxial(one: BoundaryMesh, part: str, two: BoundaryMesh, other: str) -> bool:
+    """Return whether parts are round all along an axis, the same one."""
+    axes = [_axis(one, part), _axis(two, other)]
+    if axes[0] is None or axes[1] is None:
+        return False
+    off, size = _centre(one, part) - _centre(two, other), np.ptp(one.x, axis=0).max()
+    across = [np.cross(axes[0], axes[1]), np.cross(axes[0], off) / size]
+    return bool(np.abs(across).max() < SAME_AXIS)
+
+
+def _axis(mesh: BoundaryMesh, part: str) -> Array | None:
+    """Return the direction that all normals of a part are across, where they sum up to nothing."""
+    nodes = mesh.nodes_of(part)
+    normal, weight = mesh.normal[nodes], mesh.weight[nodes] / mesh.weight[nodes].sum()
+    values, ways = np.linalg.eigh(normal.T @ (weight[:, None] * normal))
+    turned = np.linalg.norm(weight @ normal) < SAME_AXIS
+    return ways[:, 0] if mesh.dim == 3 and turned and values[0] < SAME_AXIS**2 < values[1] else None
 
 
 def _near(mesh: BoundaryMesh, other: BoundaryMesh) -> set[tuple[str, str]]:
@@ -164,22 +224,76 @@ def _centre(mesh: BoundaryMesh, part: str) -> Array:
     return np.where(np.abs(centre) < WRITTEN * np.abs(mesh.x).max(), 0.0, centre)
 
 
-def _far(meshes: Meshes, ends: set[str]) -> list[str]:
-    """Return the lowest of the parts that touch nothing, and the highest one of another body."""
-    heights = {
-        (name, part): float(_centre(mesh, part)[-1])
-        for name, mesh in meshes.items()
-        for part in mesh.part_names
-        if f"{name}.{part}" not in ends
-    }
-    low = min(heights, key=lambda end: heights[end], default=None)
-    others = [end for end in heights if low and (end[0] != low[0] or len(meshes) == 1)]
-    high = max(others, key=lambda end: heights[end], default=None)
-    return [".".join(end) for end in (low, high) if end]
+def _given(meshes: Meshes, ends: set[str]) -> dict[str, list[str]]:
+    """Return proposed conditions of bodies: the largest is held at its back, another one moved
+    towards it, or pushed where all of it may touch."""
+    every = [(name, part) for name, mesh in meshes.items() for part in mesh.part_names]
+    centres = {end: _centre(meshes[end[0]], end[1]) for end in every}
+    free = [end for end in every if ".".join(end) not in ends]
+    if not free:
+        return {}
+    first = max(dict(free), key=lambda name: _volume(meshes[name]))
+    held = _back(meshes[first], [end[1] for end in free if end[0] == first])
+    place, dim = centres[first, held], meshes[first].dim
+    far = [end for end in free if end[1] != held and (end[0] != first or len(meshes) == 1)]
+    far = far or [end for end in every if end[0] != first]
+    given = {first: _displaced(held, [0.0] * dim)}
+    if far:
+        end = max(far, key=lambda end: _rounded(np.linalg.norm(centres[end] - place)))
+        given[end[0]] = given.get(end[0], []) + _moved(meshes, end, place, moves=end in free)
+    return given
+
+
+def _moved(meshes: Meshes, end: tuple[str, str], to: Array, *, moves: bool) -> list[str]:
+    """Return conditions that move a part towards a place along an axis, or push its body there."""
+    mesh, part = meshes[end[0]], end[1]
+    way = to - _centre(mesh, part)
+    way = np.sign(way) * (np.arange(mesh.dim) == np.argmax(np.abs(way))) + 0.0
+    if moves:
+        return _displaced(part, (0.01 * way).tolist())
+    force = [_rounded(1000.0 / _volume(mesh) * c) for c in way]
+    return [PUSHED, f"#>force = {force}     # 1000 in all"]
+
+
+def _back(mesh: BoundaryMesh, free: list[str]) -> str:
+    """Return the free part that looks away from the others, or the farthest where they surround
+    it."""
+    others = [part for part in mesh.part_names if part not in free] or free
+    nodes = np.concatenate([mesh.nodes_of(part) for part in others])
+    weight = mesh.weight[nodes] / mesh.weight[nodes].sum()
+    front, middle = weight @ mesh.normal[nodes], weight @ mesh.x[nodes]
+
+    def away(part: str) -> float:
+        own = mesh.nodes_of(part)
+        return _rounded(
+            -float(front @ (mesh.weight[own] @ mesh.normal[own])) / _area(mesh, part)
+            if np.linalg.norm(front) > 0.5
+            else np.linalg.norm(_centre(mesh, part) - middle)
+        )
+
+    return max(free, key=away)
+
+
+def _rounded(value: float) -> float:
+    """Return a number of so few digits that those of alike parts are equal."""
+    return float(f"{value:.3g}")
+
+
+def _volume(mesh: BoundaryMesh) -> float:
+    return float(mesh.weight @ np.einsum("ij,ij->i", mesh.x - mesh.x[0], mesh.normal)) / mesh.dim
+
+
+def _displaced(part: str, value: list[float]) -> list[str]:
+    return [
+        "#>[[body.boundary]]",
+        f"#>part = {json.dumps(part)}",
+        '#>condition = "displacement"',
+        f"#>value = {value}",
+    ]
 
 
 def _body(
-    name: str, geometry: Keyed, mesh: BoundaryMesh, ends: set[str], given: list[str]
+    name: str, geometry: Keyed, mesh: BoundaryMesh, ends: set[str], given: dict[str, list[str]]
 ) -> list[str]:
     """Return the table of a body, with its parts and proposed conditions as comments."""
     table = ", ".join(f"{key} = {json.dumps(value)}" for key, value in geometry.items())
@@ -196,19 +310,37 @@ def _body(
             f"# part {json.dumps(part)}: {touches}, area {_area(mesh, part):.4g}, centre "
             f"{shown(_centre(mesh, part), 4)}"
         )
-    still = [0.0] * mesh.dim
-    for end, value in zip(given, (still, [*still[1:], -0.01]), strict=False):
-        if end.partition(".")[0] == name:
-            part = json.dumps(end.partition(".")[2])
-            lines += ["#>[[body.boundary]]", f"#>part = {part}", '#>condition = "displacement"']
-            lines.append(f"#>value = {value}")
-    return lines
+    return lines + given.get(name, [])
 
 
-def _contacts(pairs: list[Ends]) -> list[str]:
-    lines = list[str]()
-    for number, ends in enumerate(pairs, 1):
+def _contacts(pairs: list[Ends], gaps: dict[int, float], given: dict[str, list[str]]) -> list[str]:
+    loose = {name for name, conditions in given.items() if PUSHED in conditions}
+    lines, screwed = list[str](), _screwed(pairs, gaps)
+    for number, ends in enumerate(pairs):
         sides = [json.dumps(side if len(side) > 1 else side[0]) for side in ends]
-        lines += ["", "[[contact]]", f'name = "contact{number}"', f"secondary = {sides[0]}"]
-        lines += [f"primary = {sides[1]}", "friction_coefficient = 0.15"]
+        lines += ["", "[[contact]]", f'name = "contact{number + 1}"', f"secondary = {sides[0]}"]
+        lines.append(f"primary = {sides[1]}")
+        if number in screwed:
+            lines.append('normal = "bonded"     # as a thread; if it slides, leave this out')
+            continue
+        lines += [f"gap = {gaps[number]:.6g}"] if number in gaps else []
+        if loose & {end[0].partition(".")[0] for end in ends}:
+            lines.append("# without friction, of which a body that it alone holds takes long")
+        else:
+            lines.append("friction_coefficient = 0.15")
+        if number in screwed.values():
+            lines.append("#>preload = 1000.0     # of the bolt")
     return lines
+
+
+def _screwed(pairs: list[Ends], gaps: dict[int, float]) -> dict[int, int]:
+    """Return pairs of a nut and its bolt, and of the nut and what it is pulled against: it touches
+    two bodies, one of them all around and nowhere else."""
+    bodies = [tuple(end[0].partition(".")[0] for end in ends) for ends in pairs]
+    found = dict[int, int]()
+    for k in [k for k, gap in gaps.items() if gap < WRITTEN]:
+        for nut in bodies[k]:
+            others = [j for j, pair in enumerate(bodies) if nut in pair and j != k]
+            if len(others) == 1 and set(bodies[others[0]]) != set(bodies[k]):
+                found[k] = others[0]
+    return found

@@ -96,6 +96,60 @@ def test_a_pin_in_a_lug_is_a_pair_of_cylinders(tmp_path, monkeypatch, suffix):
     assert len(load("lug.toml").interfaces) == 1
 
 
+@needs_gmsh
+def test_a_bolted_joint_has_a_thread_and_a_preload(tmp_path, monkeypatch):
+    """Two plates, a bolt with a head, a nut: shank and holes are apart, nut and bolt are one."""
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    occ = gmsh.model.occ
+
+    def round_bar(low, high, radius):
+        return [(3, occ.addCylinder(0, 0, low, 0, 0, high - low, radius))]
+
+    for low in (0, 10):
+        occ.cut([(3, occ.addBox(-20, -20, low, 40, 40, 10))], round_bar(low - 1, low + 11, 5.5))
+    occ.fuse(round_bar(-8, 20, 5), round_bar(20, 26, 8))
+    occ.cut(round_bar(-8, 0, 8), round_bar(-9, 1, 5))
+    occ.synchronize()
+    gmsh.write(str(tmp_path / "joint.step"))
+    gmsh.finalize()
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "joint", "--from", "joint.step"]) == 0
+    text = (tmp_path / "joint.toml").read_text().replace("#>", "")
+    (tmp_path / "joint.toml").write_text(text)
+    found = tomllib.loads(text)
+    (thread,) = [pair for pair in found["contact"] if pair.get("normal") == "bonded"]
+    assert {thread["secondary"][:5], thread["primary"][:5]} == {"body3", "body4"}
+    (pulled,) = [pair for pair in found["contact"] if "preload" in pair]
+    assert {pulled["secondary"][:5], pulled["primary"][:5]} == {"body1", "body4"}
+    assert [pair["gap"] for pair in found["contact"] if "gap" in pair] == [0.5, 0.5]
+    values = {body["name"]: body["boundary"][0]["value"] for body in found["body"][:2]}
+    assert values == {"body1": [0.0, 0.0, 0.0], "body2": [-0.01, 0.0, 0.0]}
+    assert len(load("joint.toml").interfaces) == 6
+
+
+@needs_gmsh
+def test_a_ball_without_a_free_face_is_pushed(tmp_path, monkeypatch):
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.occ.addBox(-20, -20, -10, 40, 40, 10)
+    gmsh.model.occ.addSphere(0, 0, 10, 10)
+    gmsh.model.occ.synchronize()
+    gmsh.write(str(tmp_path / "ball.step"))
+    gmsh.finalize()
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "ball", "--from", "ball.step"]) == 0
+    found = tomllib.loads((tmp_path / "ball.toml").read_text().replace("#>", ""))
+    assert [body["boundary"][0]["part"] for body in found["body"] if "boundary" in body] == ["5"]
+    volume = 4.0 / 3.0 * np.pi * 10.0**3
+    assert found["body"][1]["loads"]["force"] == pytest.approx(
+        [0.0, 0.0, -1000.0 / volume], rel=0.01
+    )
+    assert "friction_coefficient" not in found["contact"][0]
+
+
 def test_other_files_are_refused_with_what_is_read(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("part.stl").write_text("solid")

@@ -7,6 +7,7 @@ import contextlib
 import functools
 import importlib.util
 import json
+import math
 import os
 import re
 import sys
@@ -269,6 +270,15 @@ def _some(found: Keyed, file: str) -> list[Keyed]:
             "sew it in the CAD program, and save it as STEP"
         )
     return solids
+
+
+def apart(pairs: Sequence[tuple[CadSurface, str, CadSurface, str]]) -> list[float]:
+    """Least distances of parts of solids of a file, which are one face each, else NaN [length]."""
+    faces = [(one._numbers[a], two._numbers[b]) for one, a, two, b in pairs]
+    single = {k: (a[0], b[0]) for k, (a, b) in enumerate(faces) if len(a) == len(b) == 1}
+    found = ask(pairs[0][0].file, apart=[*single.values()])["apart"] if single else []
+    distances = dict(zip(single, found, strict=True))
+    return [distances.get(k, math.nan) for k in range(len(pairs))]
 
 
 def solids_of(file: str) -> dict[int, str]:

@@ -162,7 +162,13 @@ def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, object]]:
             if not opened:
                 _open(gmsh, request["file"])
                 opened = True
-            if "panels" in request:
+            if "apart" in request:
+                answer = {
+                    "apart": [
+                        gmsh.model.occ.getDistance(2, a, 2, b)[0] for a, b in request["apart"]
+                    ]
+                }
+            elif "panels" in request:
                 answer = brought(gmsh, request["panels"], request["rim"])
             else:
                 answer = (
