@@ -65,6 +65,14 @@ def test_surfaces_of_an_iges_file_are_sewn(tmp_path):
 
 
 @needs_gmsh
+def test_the_tip_of_a_cone_is_meshed(tmp_path):
+    """Its curvature has no bound."""
+    file = written(tmp_path / "cone.step", lambda occ: occ.addCone(0, 0, 0, 0, 0, 10, 5, 0))
+    volume = 25.0 * np.pi * 10.0 / 3.0
+    assert measures(Gmsh(file).outline(), 1.0)[1] == pytest.approx(volume, rel=5e-3)
+
+
+@needs_gmsh
 def test_a_file_that_takes_too_long_is_refused_with_a_remedy(monkeypatch):
     monkeypatch.setattr(cad_part, "LIMIT", 0.01)
     with pytest.raises(InputError, match=r"not read in 0.01 s; give a larger mesh.element_size"):

@@ -136,7 +136,8 @@ class CadSurface(SolidSurface):
             remedy = (
                 f"mesh.element_size = {works[0]} works"
                 if works
-                else "mend the solid in the CAD program, or leave out its small faces"
+                else "mend the solid in the CAD program, or leave out its small faces, of which "
+                f"the least is {min(self.faces, key=lambda face: face.area).part!r}"
             )
             raise InputError(f"{error}; {remedy}") from None
 
@@ -341,8 +342,7 @@ def ask(file: str, **request: object) -> Keyed:
         )
     except subprocess.TimeoutExpired:
         raise InputError(
-            f"{file}: not {doing} in {LIMIT:g} s; give a larger mesh.element_size, or leave out "
-            "small details in the CAD program"
+            f"{file}: not {doing} in {LIMIT:g} s; give a larger mesh.element_size"
         ) from None
     try:
         answer: Keyed = json.loads(done.stdout)
