@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Array
+from ..given.posed import HOLD
+from ..round_off import TINY
 from .inp_file import Keyword
 
 SCALED = {"BOUNDARY": 3, "CLOAD": 2, "DLOAD": 2, "DSLOAD": 2, "TEMPERATURE": 1}
@@ -31,6 +34,38 @@ def gather(read: Any) -> None:
         read.file.nsets[name] = nodes
         for step, value in zip(read.held, through, strict=True):
             step[name] = {} if value is None else {freedom: value}
+
+
+def turn(read: Any) -> None:
+    """Take forces at nodes of turned axes along x, y and z; note what is held along such axes."""
+    axes, file = _axes(read), read.file
+    for step in read.forces:
+        for node in {node for node, _ in step} & axes.keys():
+            force = axes[node].T @ [step.pop((node, c), 0.0) for c in (1, 2, 3)]
+            step |= {(node, c): value for c, value in enumerate(force, 1)}
+    solid = next(iter(file.elements.values()))[0].startswith("C3D")
+    for name, values in read.held[-1].items():
+        still = {freedom for freedom, value in values.items() if value in (0.0, HOLD)}
+        whole = still == values.keys() and still.issuperset((1, 2, 3) if solid else (1, 2))
+        if axes.keys() & {*file.members(name)} and not whole:
+            text = "turned axes are not taken; it is held along x, y and z"
+            read.notes.append(f"*TRANSFORM of {name}: {text}")
+
+
+def _axes(read: Any) -> dict[int, Array]:
+    """Return the turned axes of nodes, a row each: of a plane, or round, along and up an axis."""
+    axes = dict[int, Array]()
+    for keyword in [keyword for keyword in read.file.rest if keyword.name == "TRANSFORM"]:
+        numbers = read.floats(keyword, ([*keyword.rows, []][0] + [""] * 6)[:6])
+        a, b = np.reshape(numbers, (2, 3))
+        for node in read.file.members(keyword.parameters.get("NSET", "")):
+            out, up = a, np.cross(a, b)
+            if keyword.parameters.get("TYPE", "R").upper() == "C":
+                out, up = read.file.nodes[node] - a, b - a
+            beside = np.cross(up, out)
+            ways = np.array([np.cross(beside, up), beside, up])
+            axes[node] = ways / np.maximum(np.linalg.norm(ways, axis=1), TINY)[:, None]
+    return axes
 
 
 def renew(read: Any, keyword: Keyword) -> None:

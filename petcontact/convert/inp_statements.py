@@ -15,7 +15,7 @@ from ..arrays import LARGEST_NUMBER
 from ..errors import InputError
 from ..given.posed import HOLD
 from ..untyped import Keyed
-from .inp_changes import at_end, gather, read_temperature, renew
+from .inp_changes import at_end, gather, read_temperature, renew, turn
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile, Keyword
 from .inp_loads import read_force, read_load
@@ -24,6 +24,7 @@ from .inp_references import READ, Reference, references_of
 SILENT = {
     "AMPLITUDE",
     "ORIENTATION",
+    "TRANSFORM",
     "HEADING",
     "END STEP",
     "OUTPUT",
@@ -58,7 +59,6 @@ CHANGING: dict[str, tuple[str, ...]] = {
 MEANT = {
     "EQUATION": "ties displacements of nodes to each other: ",
     "MPC": "ties displacements of nodes to each other: ",
-    "TRANSFORM": "turns the axes of conditions and forces at its nodes: ",
     "CONTACT": "contact of all surfaces; give *CONTACT PAIR: ",
     "PLASTIC": "yields; bodies stay elastic here: ",
     "SHELL SECTION": "elements without a volume: ",
@@ -187,6 +187,7 @@ class Statements:
             self.note(first, f"{MEANT.get(name, '')}not taken{times}")
         gather(self)
         self.forces = list(itertools.accumulate(self.forces, operator.or_))
+        turn(self)
 
     def _check_parameters(self, keyword: Keyword) -> None:
         """Note parameters that change a keyword and are not read."""

@@ -143,3 +143,16 @@ def test_an_amplitude_and_a_file_of_loads(tmp_path: Path) -> None:
     problem, notes = column(tmp_path, "CPE4", top, "*INCLUDE, INPUT=loads.inp")
     assert not notes
     assert at_foot(solve(problem))[0] == pytest.approx([0.0, 1.0], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "axes", ["TYPE=R\n0., 1., 0., -1., 0., 0.", "TYPE=C\n0.5, 9., 0., 0.5, 9., 1."]
+)
+def test_forces_along_turned_axes(axes: str, tmp_path: Path) -> None:
+    """The first of them is y; about a far axis it is -y at the ends of the head but for 1/14."""
+    turned = f"*TRANSFORM, NSET=HEAD, {axes}"
+    problem, notes = column(tmp_path, "CPE4", turned, "*CLOAD\nHEAD, 1, 1.")
+    size = 14.0 / np.hypot(14.0, 1.0) if "C" in axes[:8] else -1.0
+    assert not notes
+    assert at_foot(solve(problem))[0] == pytest.approx([0.0, 2.0 * size], abs=1e-3)
+    assert "*TRANSFORM of HEAD" in column(tmp_path, "CPE4", turned, "*BOUNDARY\nHEAD, 1")[1][0]
