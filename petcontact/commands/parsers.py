@@ -76,5 +76,5 @@ class Parser(argparse.ArgumentParser):
         if name in ("-n", "-np", "--np", "--ranks", "--cpus", "--cores", "--threads"):
             return f"; ranks come from MPI: mpiexec -n 2 {self.prog} ..."
         key = whole_key(SYNONYMS.get(word := name.strip("-").replace("-", "_"), word))
-        settable = "--set" in self.options and "." in key
+        settable = name.startswith("-") and "--set" in self.options and "." in key
         return f"; --set {key}=VALUE gives it" if settable else ""

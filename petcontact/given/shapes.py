@@ -240,7 +240,7 @@ class Distance(Given):
         """Return the distances, and those to the middle of the shape."""
         aimed = self.source
         enter, leave, middle = aimed.shape.crossing(sites.x, self._rays(sites))
-        met = (enter <= leave) & ((enter <= 0.0) if aimed.hollow else (leave >= 0.0))
+        met = (enter <= leave) & ((enter <= 0.0) if aimed.hollow else (leave > 0.0))
         return np.where(met, leave if aimed.hollow else enter, np.inf), middle
 
 

@@ -161,7 +161,7 @@ Normal = Literal["bilateral", "unilateral", "bonded"]
 
 
 def check_law(law: Contact | Pair) -> None:
-    """Refuse friction of parts that are bonded, and wear of parts that have no gap.
+    """Refuse friction of bonded parts, wear of parts that have no gap, and an overlap given twice.
 
     Raises
     ------
@@ -180,6 +180,8 @@ def check_law(law: Contact | Pair) -> None:
             f"wear_coefficient: wear opens a gap, and {law.normal} parts have none; take normal = "
             f'"unilateral"'
         )
+    if law.interference is not None and law.clearance is not None:
+        raise InputError("clearance: is the opposite of interference; give one of the two")
 
 
 class Contact(Model):

@@ -13,7 +13,7 @@ from ..given.posed import HOLD
 from ..given.tables.base import Expression, Finite, Model, Vector, whole_or_auto
 from ..runtime.hints import among, demand_name
 from ..untyped import Keyed
-from .bodies import Body, Displacement, Periodic, Traction
+from .bodies import Body, Contact, Displacement, Periodic, Traction
 from .loads import LoadsChange, check_material
 from .obstacles import LaterMotions, Loads, Motions, MovedObstacle, Obstacle
 from .onward import check_by, moved_on, ways_of
@@ -337,11 +337,13 @@ def _changing(body: Body, change: BoundaryChange, key: str) -> Displacement | Tr
         return Traction(part, pressure=0.0)
     if not isinstance(old, Displacement | Traction | Periodic):
         names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction | Periodic)]
-        hint = among(part, names, f"those of {the_body(body.name)} are")
-        raise ValueError(
-            f"{key}: no displacement or traction condition on {part!r}{hint}; a free part takes a "
-            "pressure, or give it a condition before"
+        hint = (
+            "; it is in contact, which [[step.contact]] changes"
+            if isinstance(old, Contact)
+            else among(part, names, f"those of {the_body(body.name)} are")
+            + "; a free part takes a pressure, or give it a condition before"
         )
+        raise ValueError(f"{key}: no displacement or traction condition on {part!r}{hint}")
     return old
 
 

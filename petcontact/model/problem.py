@@ -257,12 +257,14 @@ class Problem(Bodies):
             If the shape has none, or with `symmetry = "axial"` is no half section.
         """
         body, axial = self.body[number], self.symmetry == "axial"
-        boundary: Boundary = (
-            body.geometry.outline(axial)
-            if isinstance(body.geometry, Gmsh | SideBySide)
-            else body.geometry.outline()
-        )
+        place = "geometry.file: " * hasattr(body.geometry, "file")
         try:
+            boundary: Boundary = (
+                body.geometry.outline(axial)
+                if isinstance(body.geometry, Gmsh | SideBySide)
+                else body.geometry.outline()
+            )
+            place = ""
             if (thickness := body.material.thickness) is not None:
                 return as_outline(boundary, "material.thickness").of_thickness(thickness)
             if isinstance(boundary, CondensedSurface):
@@ -273,7 +275,7 @@ class Problem(Bodies):
             outline = as_outline(boundary, f'symmetry = "{self.symmetry}"')
             return meridian(outline, twisted=self.twisted) if axial else outline
         except InputError as error:
-            raise InputError(f"{in_body(body.name)}{error}") from None
+            raise InputError(f"{in_body(body.name)}{place}{error}") from None
 
     @functools.cached_property
     def bodies(self) -> tuple[body_data.Body, ...]:

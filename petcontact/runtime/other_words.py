@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 SYNONYMS = {
     "mu": "friction_coefficient",
     "gravity": "acceleration",
@@ -173,5 +175,6 @@ SAID = {word: text for words, text in EXPLAINED.items() for word in words}
 IN_MM_AND_N = {
     **{"Pa": 1e-6, "kPa": 1e-3, "MPa": 1.0, "GPa": 1e3, "psi": 6.894757e-3, "ksi": 6.894757},
     **{"m": 1e3, "cm": 10.0, "mm": 1.0, "µm": 1e-3, "um": 1e-3, "in": 25.4, "kN": 1e3, "N": 1.0},
+    **{"rad/s": 1.0, "rpm": math.pi / 30.0, "1/min": math.pi / 30.0},
 }
-"""Units of lengths, forces and stresses in those of mm and N."""
+"""Units of lengths, forces, stresses and angular velocities in those of mm, N, rad and s."""

@@ -96,7 +96,7 @@ def test_a_missing_petsc_is_one_line(folder):
         ("solv case.toml", "unknown command 'solv', did you mean 'solve'?"),
         ("solve case.toml --figure x", "unknown option --figure, did you mean --figures?"),
         ("solve case.toml --qqq", "unknown option --qqq"),
-        ("solve case.toml two.toml", "unknown argument two.toml"),
+        ("solve case.toml two.toml", "unknown argument two.toml (see"),
         ("--hlep", "unknown option --hlep, did you mean --help?"),
         ("solve", "CONFIG.toml"),
         ("case.toml", "did you mean `petcontact solve case.toml`?"),

@@ -262,7 +262,8 @@ def test_the_page_on_units_has_one_problem_in_two_sets_of_units(tmp_path):
         for changes in ({}, dict(keys.values()))
     ]
     assert all("force on the body (-2, 7.70085) N" in verdict for verdict in verdicts)
-    assert "0.005351 +- 6e-06 MPa 5 from" in verdicts[0] and "5351 +- 6 Pa 0.005" in verdicts[1]
+    assert "0.005351 +- 6e-06 MPa at 5 mm" in verdicts[0]
+    assert "5351 +- 6 Pa at 0.005 m" in verdicts[1]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

@@ -149,7 +149,7 @@ SIDE = '{{ part = "head", {} }}'
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        (f"points = {rows(X[:3], ARC[:3])}", "points: must be at least 4, got 3"),
+        (f"points = {rows(X[:3], ARC[:3])}", "points: needs at least 4 rows, got 3"),
         (f"points = {rows(X[::-1], -ARC)}, columns = [0, 2]", "columns: must be 2 columns (x, y)"),
         (f"points = {rows(X, -ARC)}, radius = 3.0", "radius does not go with points"),
         ("to = [20.0, -1.0], smooth = 0.1", "smooth does not go with to"),

@@ -20,6 +20,7 @@ pytestmark = pytest.mark.usefixtures("unsampled")
         ("is strained by", {}, [-0.08]),
         ("have the same unit", {}, [-1e-12]),
         ("step '1': its contact carries nothing", {}, [0.01, -0.01]),
+        ("step '2': it moves no body: check what it gives", {}, [-0.01, -0.01]),
     ],
 )
 def test_each_warning(words, law, pushes):

@@ -58,6 +58,14 @@ def test_a_pressure_at_a_corner_has_no_bound():
     assert "  without a bound  " in solution.verdict()
 
 
+def test_radial_tractions_are_no_force_and_a_pressure_beside_ends_is_told():
+    """Forces of a body of revolution act along its axis: the error of radial sums is not theirs."""
+    solution = solve("petcontact/manual/starters/press-fit.toml")
+    force = of(solution, "force")
+    assert force.value.shape == (1,) and force.size + force.error < 1e-9 * force.scale
+    assert "largest p away from corners 90 +- 2 MPa" in solution.verdict()
+
+
 def test_a_maximum_is_that_of_the_function_between_nodes():
     """A parabola through 1, 0.01 and 1 at Gauss points is larger at the ends of its element."""
     square = Rectangle((0, 0), (1, 1)).outline()

@@ -66,7 +66,7 @@ def _mistake(mistake: ErrorDetails, cls: type, data: object) -> str:
         return f"{key}: {allowed}, got {shown(context['tag'])}{nearest(context['tag'], tags)}"
     if kind == "missing":
         if isinstance(loc[-1], int):
-            return f"{_key(loc[:-1], data)}: needs more than {loc[-1]} number{'s' * (loc[-1] != 1)}"
+            return f"{_key(loc[:-1], data)}: needs {loc[-1] + 1} numbers{given}"
         return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
     stated = MATCHED.get(str(context.get("pattern")), str(mistake["msg"]))
     message = str(context["error"]) if kind == "value_error" else _allowed(stated)
@@ -85,13 +85,14 @@ def _meant(mistake: ErrorDetails, message: str, table: str, cls: type) -> str:
         return _table(given, table, keys, named=isinstance(loc[-1], str))
     if message == "must be an array":
         models = [m for m in models_at(cls, loc[:-1]) if loc[-1] in m.model_fields]
-        return _array(given, table, models)
+        return _array(given, table, models, of_tables=models != models_at(cls, loc))
     if isinstance(given, list | tuple):
         return _not_this_array(mistake["type"], given)
     if mistake["type"] == "literal_error":
         words = mistake["ctx"]["expected"].replace(" or ", ", ").replace("'", "")
         return nearest(given, words.split(", "))
-    return _not_this_text(given, message) if isinstance(given, str) else ""
+    is_file = loc[-1:] == ["points"]  # a text there is its name
+    return _not_this_text(given, message) if isinstance(given, str) and not is_file else ""
 
 
 def _not_this_text(given: str, message: str) -> str:
@@ -120,9 +121,9 @@ def _table(given: object, table: str, keys: Sequence[str], *, named: bool) -> st
     return f"; in single brackets, [{table}]" if isinstance(given, list) else filled
 
 
-def _array(given: object, table: str, models: list[Any]) -> str:
-    """How something that is no array is written as one."""
-    if isinstance(given, (dict, pydantic.BaseModel)):
+def _array(given: object, table: str, models: list[Any], *, of_tables: bool) -> str:
+    """How something that is no array is written as one, in a table of these models."""
+    if (models and of_tables) or isinstance(given, (dict, pydantic.BaseModel)):
         return f"; in double brackets, [[{table}]], each time; in Python in a list"
     if not (isinstance(given, (int, float)) and models):
         return f"; in brackets: [{shown(given)}, ...]"
@@ -141,6 +142,7 @@ def _allowed(message: str) -> str:
 _WORDS = (
     ("Input should be", "must be"),
     ("should have", "must have"),
+    (r"\w+ must have at least 1 item.*", "must not be empty"),
     (" after validation", ""),
     ("a valid dictionary.*", "a table"),
     ("a valid (tuple|list)", "an array"),

@@ -15,6 +15,7 @@ from ...arrays import LARGEST_COORDINATE, Array
 from ...errors import InputError
 from ...geometry.smooth_curve import SmoothCurve
 from ...round_off import WRITTEN
+from ...runtime.hints import number_refused
 from .base import Expression, Model, NotNegative, regular_file
 
 LARGEST_FILE = 4_000_000
@@ -45,12 +46,14 @@ def _rows_of(path: Path) -> list[tuple[float, ...]]:
             continue
         try:
             between = r"\s*;\s*" if ";" in words else r"\s*,\s*|\s+"
-            row = tuple(float(word) for word in re.split(between, words))
+            cells = re.split(between, words)
+            row = tuple(map(float, cells))
         except ValueError:
             if not rows and number == 1:  # names of the columns
                 continue
+            refused = next((f"; {why}" for why in map(number_refused, cells) if why), "")
             raise InputError(
-                f"line {number} of {path} is no row of numbers: {words!r:.40}"
+                f"line {number} of {path} is no row of numbers: {words!r:.40}{refused}"
             ) from None
         if rows and len(row) != len(rows[0]):
             raise InputError(
@@ -96,8 +99,8 @@ def table_of(rows: Sequence[Sequence[float]], columns: Columns | None, *names: s
         allowed = " or ".join(f"{k} {name}" for k, name in zip(counts, names, strict=True))
         allowed = allowed.replace(" (", " columns (", 1)
         raise InputError(f"columns: must be {allowed} of 0 to {count - 1}, got {chosen}")
-    if len(rows) < FEWEST ** (len(chosen) - 1):
-        raise InputError(f"points: must be at least {FEWEST ** (len(chosen) - 1)}, got {len(rows)}")
+    if len(rows) < (fewest := FEWEST ** (len(chosen) - 1)):
+        raise InputError(f"points: needs at least {fewest} rows, got {len(rows)}")
     table = np.array(rows)[:, chosen]
     if not (right := np.isfinite(table) & (np.abs(table) <= LARGEST_COORDINATE)).all():
         row = int(right.all(axis=1).argmin())
@@ -134,7 +137,7 @@ def curve_of(
     import shapely
 
     if len(rows) < FEWEST:
-        raise InputError(f"points: must be at least {FEWEST}, got {len(rows)}")
+        raise InputError(f"points: needs at least {FEWEST} rows, got {len(rows)}")
     meets = rows[0] == rows[-1]
     closed = meets if closed is None else closed
     table = np.array([*rows, *rows[:1]] if closed and not meets else rows)

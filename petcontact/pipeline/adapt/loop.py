@@ -416,7 +416,8 @@ def _shortcomings(
     accuracy, trouble = work.wanted.accuracy, work.trouble
     if work.missed > 0.0:
         text = f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
-        return [new_finding("missed data", text, measured=work.missed)]
+        advice = "check expressions for values without a bound on their parts"
+        return [new_finding("missed data", text, advice=advice, measured=work.missed)]
     if work.error <= accuracy < error:
         text = (
             f"{solution.provenance.method} leaves an error of {work.left:.1e} on the last mesh, "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -25,7 +26,7 @@ def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
         *_frictions(discrete),
         *_planes(discrete),
         *_gaps(discrete),
-        *_empty(solution.steps),
+        *_empty(step_ends(solution.steps)),
     ]
 
 
@@ -119,9 +120,26 @@ def _gaps(discrete: Discrete) -> list[Finding]:
 
 
 def _empty(steps: Sequence[StepResult]) -> list[Finding]:
-    """Find steps before the last one at whose end no contact transmits pressure."""
-    return [
-        new_finding("empty step", "its contact carries nothing", f"step {step.name!r}")
-        for step in step_ends(steps)[:-1]
+    """Find steps before the last one at whose end no contact transmits pressure, and those that
+    leave all bodies where they are."""
+    idle = [
+        step
+        for before, step in itertools.pairwise(steps)
+        if all(
+            np.abs(body.u - before.bodies[name].u).max() <= SOLVED * np.abs(body.u).max()
+            for name, body in step.bodies.items()
+        )
+    ]
+    unpressed = [
+        step
+        for step in steps[:-1]
         if step.pairs and not any(pair.pressure.any() for pair in step.pairs.values())
+    ]
+    return [
+        new_finding("empty step", text, f"step {step.name!r}")
+        for text, found in (
+            ("its contact carries nothing", unpressed),
+            ("it moves no body: check what it gives", idle),
+        )
+        for step in found
     ]

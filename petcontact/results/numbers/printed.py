@@ -50,15 +50,19 @@ class _OfStep:
         self._fits = fits(solution, self._step)
         self._places = singular_places(solution, self._step)
         # bodies of revolution without torsion cannot turn
-        turns = any(mesh.motions.planes for mesh in solution.meshes.values())
+        self._motions = next(iter(solution.meshes.values())).motions
+        turns = self._motions.planes
         self._units = {"length", "force", *(("rad", "moment") if turns else ())}
         self._acting = {name: resultant(pair) for name, pair in self._step.pairs.items()}
 
     def _number(
         self, name: str, of: str, value: Any, unit: str, scale: float = 0.0, **more: Any
     ) -> Number:
-        """Return a number; components that are round-off are 0."""
+        """Return a number, of a vector the components along which bodies may move: no sum of radial
+        tractions is a force. Components that are round-off are 0."""
         value = np.atleast_1d(value)
+        if unit in ("force", "length") and len(value) > 1:
+            value = value[[*self._motions.along]]
         value = np.where(np.abs(value) > SOLVED * scale, value, 0.0)
         return Number(name, of, self._step.step, self._step.cycle, value, unit, scale, **more)
 
@@ -184,8 +188,10 @@ class _OfStep:
 
     def _of_obstacles(self) -> Iterator[Number]:
         force, moment = np.sum([(0.0, 0.0), *self._acting.values()], axis=0).tolist()
-        kind = next(iter(self._solution.meshes.values())).motions
-        for given in self._solution.problem.obstacles_at[self._step.step]:
+        kind = self._motions
+        touched = {side.obstacle for side in self._solution.posed.interfaces}
+        obstacles = self._solution.problem.obstacles_at[self._step.step]
+        for given in [each for k, each in enumerate(obstacles) if k in touched]:
             obstacle, moved = self._step.obstacles[given.name], given.motions(kind)
             for word, value, unit, scale, by in (
                 ("moved", obstacle.displacement, "length", 0.0, moved[: kind.dim]),

@@ -10,7 +10,7 @@ from ...runtime.terminal import printable
 from ..numbers.number import Number
 from ..numbers.peaks import QUANTITIES
 from .teller import Teller
-from .text import place_of, wrapped
+from .text import KEPT, place_of, wrapped
 
 LISTED = 3
 """Places without a bound that are named; of more of them the number is told."""
@@ -19,7 +19,7 @@ LISTED = 3
 def peak_lines(tell: Teller) -> list[str]:
     """The largest von Mises and first principal stress, inside, on the surface and beside a place
     without a bound, and where stress has none, with its K."""
-    lines, unbounded = list[str](), dict[str, None]()
+    lines, unbounded, stressed = list[str](), dict[str, None](), False
     for name in QUANTITIES:
         stresses = [
             each for each in tell.numbers.values() if each.name.startswith(f"{name} stress ")
@@ -37,8 +37,10 @@ def peak_lines(tell: Teller) -> list[str]:
             shown = [each for each in words if each != "0"] or ["0"]
             beside = any(each.beside is not None for each in stresses if np.isfinite(each.error))
             joined = (", and a maximum of " if beside else " and ").join(shown)
+            joined = joined.replace(" of below", " below")
             lines += wrapped(f"  largest {name} stress: ", [joined], separator=" ")
-    if unbounded:
+            stressed |= joined != "0"
+    if unbounded and (stressed or not lines):
         left = len(unbounded) - LISTED
         more = [f"{left} more place{'s' * (left > 1)}"] * (left > 0)
         listed = ", ".join([*list(unbounded)[:LISTED], *more])
@@ -68,13 +70,14 @@ def _words(number: Number, tell: Teller) -> str:
         away = float(np.linalg.norm(number.place - number.beside))
         place, text = place_of(number.beside, tell.size), tell.number(number, place=False)
         sides = _named(number.of, printable(number.name.partition(" beside ")[2]))
-        text += f" {away:.3g} from {place} ({sides}), where it has no bound"
+        at = f"at {away:.3g} {tell.unit('length')}".strip().replace(" ", KEPT)
+        text += f" {at} from {place} ({sides}), where it has no bound"
     else:
         where = "on the surface" if number.part else "inside"
         name = _named(number.of, printable(number.part))
         text = f"{tell.number(number)} {where}" + (f" ({name})" if name else "")
     if len(tell.solution.problem.step) > 1:
-        text += f" in step {number.step}"
+        text += f" in step{KEPT}{number.step}"
     return text
 
 

@@ -64,7 +64,7 @@ def _left_over(tell: Teller, step: StepResult) -> list[str]:
     left = float(step.residuals.get("equilibrium", np.nan))
     if not np.isfinite(left):
         return []
-    within = f" to {left:.0e} of their sizes" if left > SOLVED else ""
+    within = f" within {left:.0e} of their sizes" if left > SOLVED else ""
     return [f"sum of all forces 0{within}", *tell.notes]
 
 

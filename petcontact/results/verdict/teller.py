@@ -61,8 +61,6 @@ class Teller:
 
     def number(self, number: Number, unit: bool = True, place: bool = True) -> str:
         """With its unit, and where it is."""
-        if self.axial and number.place is None and len(number.value) > 1 and not self.verbose:
-            number = replace(number, value=number.value[1:2])
         text = told(number, self.unit(number.unit) if unit else "", self.some)
         # what is not resolved has no place
         located = is_resolved(number) and (number.size > 0.0 or np.isinf(number.error))
