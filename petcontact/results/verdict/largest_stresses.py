@@ -40,12 +40,15 @@ def peak_lines(tell: Teller) -> list[str]:
             joined = joined.replace(" of below", " below")
             lines += wrapped(f"  largest {name} stress: ", [joined], separator=" ")
             stressed |= joined != "0"
-    if unbounded and (stressed or not lines):
-        left = len(unbounded) - LISTED
-        more = [f"{left} more place{'s' * (left > 1)}"] * (left > 0)
-        listed = ", ".join([*list(unbounded)[:LISTED], *more])
-        lines += wrapped("  stress has no bound at ", [listed], separator=" ")
-    return lines
+    return [*lines, *(_without_bound([*unbounded]) if stressed or not lines else [])]
+
+
+def _without_bound(places: list[str]) -> list[str]:
+    """Where stress has no bound: the first places, and how many more there are."""
+    left = len(places) - LISTED
+    more = [f"{left} more place{'s' * (left > 1)}"] * (left > 0)
+    listed = ", ".join([*places[:LISTED], *more])
+    return wrapped("  stress has no bound at ", [listed], separator=" ") if places else []
 
 
 def _strengths(tell: Teller, place: Number) -> list[str]:

@@ -227,7 +227,8 @@ def _touches(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[s
     yield from tell.items(step, name, {"largest q": "largest q"} if tell.verbose else {})
     yield from _area(tell, step, side)
     yield from _gaps(tell, step, name, law)
-    if tell.verbose or (_rubs(law) and tell.is_told(step, name, moved)):
+    sizes = [each.size for key in moved if (each := tell.get(step, name, key)) is not None]
+    if tell.verbose or (_rubs(law) and any(sizes)):
         yield from tell.items(step, name, moved)
     worn = {"worn volume": "worn volume", "worn depth": "largest depth"}
     yield from tell.items(step, name, worn)

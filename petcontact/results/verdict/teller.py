@@ -80,11 +80,6 @@ class Teller:
         force = self.numbers.get((name, *moment.key[1:]))
         return self.axial or (force is not None and force.size == 0.0)
 
-    def is_told(self, step: StepResult, of: str, names: Mapping[str, str]) -> bool:
-        """Whether one of some numbers is not 0."""
-        numbers = [self.get(step, of, name) for name in names]
-        return any(number is not None and number.size > 0.0 for number in numbers)
-
     def items(self, step: StepResult, of: str, names: Mapping[str, str]) -> Iterator[str]:
         """Yield the numbers of `names` that the solution has, each after its words."""
         for name, words in names.items():
