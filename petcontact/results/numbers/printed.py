@@ -54,6 +54,7 @@ class _OfStep:
         turns = self._motions.planes
         self._units = {"length", "force", *(("rad", "moment") if turns else ())}
         self._acting = {name: resultant(pair) for name, pair in self._step.pairs.items()}
+        self._touched = {side.obstacle for side in solution.posed.interfaces}
 
     def _number(
         self, name: str, of: str, value: Any, unit: str, scale: float = 0.0, **more: Any
@@ -188,18 +189,15 @@ class _OfStep:
 
     def _of_obstacles(self) -> Iterator[Number]:
         force, moment = np.sum([(0.0, 0.0), *self._acting.values()], axis=0).tolist()
-        kind = self._motions
-        touched = {side.obstacle for side in self._solution.posed.interfaces}
-        obstacles = self._solution.problem.obstacles_at[self._step.step]
-        for given in [each for k, each in enumerate(obstacles) if k in touched]:
-            obstacle, moved = self._step.obstacles[given.name], given.motions(kind)
+        for k, given in enumerate(self._solution.problem.obstacles_at[self._step.step]):
+            obstacle, moved = self._step.obstacles[given.name], given.motions(self._motions)
             for word, value, unit, scale, by in (
-                ("moved", obstacle.displacement, "length", 0.0, moved[: kind.dim]),
-                ("turned", obstacle.rotation, "rad", 0.0, moved[kind.dim :]),
+                ("moved", obstacle.displacement, "length", 0.0, moved[: self._motions.dim]),
+                ("turned", obstacle.rotation, "rad", 0.0, moved[self._motions.dim :]),
                 ("held by", obstacle.force, "force", force, ["free"]),
                 ("held by moment", obstacle.moment, "moment", moment, ["free"]),
             ):
-                if unit in self._units:
+                if unit in self._units and k in self._touched:
                     error = 0.0 if all(isinstance(each, float) for each in by) else np.nan
                     yield self._number(word, given.name, value, unit, scale, error=error)
 
