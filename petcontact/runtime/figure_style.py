@@ -181,12 +181,18 @@ def name_what_is_seen(axes: Axes) -> None:
             line.set_label("")
 
 
-def legend_below(axes: Axes, columns: int) -> None:
-    """A legend under the axes and their label, where it hides nothing."""
+def legend_below(axes: Axes, columns: int, caption: str = "") -> None:
+    """A legend under the axes and their label, where it hides nothing, and a caption below it."""
+    from matplotlib.text import Annotation
     from matplotlib.transforms import ScaledTranslation
 
     below = axes.transAxes + ScaledTranslation(0.0, -ROOM, axes.figure.dpi_scale_trans)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=columns)
+    how = {"bbox_to_anchor": (0.5, 0.0), "bbox_transform": below, "ncols": columns}
+    legend = axes.legend(loc="upper center", **how)
+    if caption:
+        place = {"xycoords": legend, "textcoords": "offset points", "xytext": (0.0, -4.0)}
+        centred = {"ha": "center", "va": "top", "fontsize": 8.0}
+        axes.figure.add_artist(Annotation(caption, (0.5, 0.0), **place, **centred))
 
 
 def legend_beside(axes: Axes) -> None:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from examples import example
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from petcontact import MeshOptions, Problem, load, solve
+from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.fields.boundary.places import best_places
 from petcontact.given.tables.units import Units
 from petcontact.mesh.curve_building import build_mesh
@@ -119,8 +122,27 @@ def test_colours_reach_to_the_largest_stress_away_from_where_it_has_no_bound(sol
     image = drawn(draw_von_mises, solution).axes[0].collections[0]
     state = solution.boundary_state()[1]
     assert image.get_clim()[1] < 0.9 * state.von_mises.max()
-    assert "where stress has no bound" in drawn(draw_von_mises, solution)._supxlabel.get_text()
+    (caption,) = drawn(draw_von_mises, solution).findobj(Annotation)
+    assert "where stress has no bound" in caption.get_text()
     del solution.__dict__["numbers"]
+
+
+def test_a_caption_stands_below_the_legend_and_flat_axes_have_room(plate):
+    figure = drawn(draw_von_mises, plate)
+    figure.draw_without_rendering()
+    (caption,), legend = figure.findobj(Annotation), figure.axes[0].get_legend()
+    assert caption.get_window_extent().y1 < legend.get_window_extent().y0
+    axes = figure.axes[0]
+    axes.set(xlim=(0.0, 100.0), ylim=(0.0, 1.0))
+    plane_figures.fit_height(figure, axes, beside=1.0, above=1.0)
+    assert np.ptp(axes.get_ylim()) * 6.0 / 100.0 == pytest.approx(plane_figures.LOWEST)
+
+
+def test_a_contact_of_one_node_is_shown_with_its_neighbours():
+    state, s = np.array([OPEN, STICK, OPEN, OPEN]), np.array([0.0, 1.0, 3.0, 9.0])
+    axes = Figure().add_subplot()
+    plane_figures._window(axes, [SimpleNamespace(state=state, arc_length=s)])
+    assert axes.get_xlim() == (0.0, 3.0)
 
 
 def test_outlines_run_round_over_elements_of_mixed_orders():

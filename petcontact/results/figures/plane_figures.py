@@ -39,6 +39,8 @@ from .view import View, view_of
 
 ROW = 0.05
 """Height of the zones of a step over that of a panel that shows several."""
+LOWEST = 1.2
+"""Height of axes with equal scales at least, for names of parts within [inch]."""
 WITHIN = 8
 """Points of an element through which a polynomial is drawn."""
 BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
@@ -69,13 +71,15 @@ def deformed_on(axes: Axes, solution: SolutionData, view: View | None = None) ->
 
 
 def fit_height(figure: Figure, axes: Axes, beside: float, above: float) -> None:
-    """Make a figure as high as axes of equal scales need that fill its width.
+    """Make a figure as high as axes of equal scales need that fill its width; flat ones get room.
 
     `beside` and `above` are the room for what stands beside the axes, and above and below [inch].
     """
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    high = (figure.get_figwidth() - beside) * (top - bottom) / (right - left)
-    figure.set_figheight(min(max(high, 1.2), 5.4) + above)
+    scale = (figure.get_figwidth() - beside) / (right - left)
+    lacks = max(0.5 * (LOWEST / scale - (top - bottom)), 0.0)
+    axes.set_ylim(bottom - lacks, top + lacks)
+    figure.set_figheight(min(max(scale * (top - bottom), LOWEST), 5.4) + above)
 
 
 def draw_outlines(axes: Axes, solution: SolutionData, view: View) -> None:
@@ -285,9 +289,9 @@ def _panels(
     if len(shown) > 1:
         figure.set_figheight(1.2 + 2.6 * len(shown))
     for axes, name in zip(np.atleast_1d(figure.subplots(len(shown), 1)), shown, strict=True):
-        _shaded(axes, solution, name)
         axes.set_xlim(*_extent(solution, name))
         _window(axes, [step.pairs[name] for step in shown_ends(solution)])
+        _shaded(axes, solution, name)
         way = label(f"arc length along {along(solution, name)}", solution.problem.units.length)
         axes.set(xlabel=way, title=headed(solution) if name == shown[0] else "")
         yield axes, name, np.argsort(solution.pairs[name].arc_length)
@@ -304,11 +308,13 @@ def _shaded(axes: Axes, solution: SolutionData, name: str) -> None:
     height, after several a row at the bottom for each of them, the first one on top."""
     ends = shown_ends(solution)
     words, high = dict[str, None](), ROW if len(ends) > 1 else 1.0
+    left, right = axes.get_xlim()
     for number, step in enumerate(reversed(ends)):
         rows = number * high, (number + 1) * high
         for start, end, word in _zones(solution, name, step.pairs[name]):
             axes.axvspan(start, end, *rows, color=SHADES[word], lw=0)
-            words[word] = None
+            if start < right and end > left:
+                words[word] = None
         if len(ends) > 1:
             axes.text(
                 0.005,
@@ -352,10 +358,11 @@ def _extent(solution: SolutionData, name: str) -> tuple[float, float]:
 
 
 def _window(axes: Axes, pairs: list[PairResult]) -> None:
-    """Show the stretch that was closed, with a margin."""
+    """Show the stretch that was closed, with a margin that reaches beyond the nearest open node."""
     closed = np.any([pair.state != OPEN for pair in pairs], axis=0)
     s = pairs[-1].arc_length
     if closed.any() and not closed.all():
         low, high = s[closed].min(), s[closed].max()
-        margin = 0.15 * (high - low) + 1e-12
+        beyond = np.abs(s[~closed, None] - [low, high]).min()
+        margin = max(0.15 * (high - low), 2.0 * float(beyond))
         axes.set_xlim(max(low - margin, s.min()), min(high + margin, s.max()))

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...arrays import Array
+from ...errors import in_body
 from ...given.conditions import Traction
 from ...model.description import condition_text, law_text
 from ...record import record
@@ -58,7 +59,7 @@ def parts_of(solution: SolutionData) -> list[LabelledPart]:
             labelled[name, part] = LabelledPart(name, part, kind, text)
     for side in problem.interfaces:
         for number, part in () if side.periodic else side.ends:
-            pair = "" if side.is_condition else f"pair {side.name}"
+            pair = "" if side.is_condition else f"pair {side.group}"
             text = law_text(side.law) if (number, part) == side.ends[0] else ""
             labelled[names[number], part] = LabelledPart(names[number], part, "contact", text, pair)
     return list(labelled.values())
@@ -76,7 +77,7 @@ def titled(solution: SolutionData) -> str:
     lines = [wrapped(solution.problem.title)]
     lines += [plain(f"supports and loads at the end of step {step.name!r}")] * (count > 1)
     volume = [
-        f"{body.name}: {name.replace('_', ' ')}"
+        f"{in_body(body.name)}{name.replace('_', ' ')}"
         for body in solution.problem.body
         if body.loads is not None
         for name in sorted(body.loads.model_fields_set - {"centre", "axis"})

@@ -248,10 +248,8 @@ def _arrows(
         axes.quiver(
             *x[some].T, *vectors[some].T, color="w", width=0.0035, edgecolor="0.1", linewidth=0.4
         )
-        longest = f"longest {np.linalg.norm(vectors[some], axis=1).max():.3g}"
-        axes.plot(
-            [], [], ls="", marker=r"$\rightarrow$", color="0.1", ms=10.0, label=label(longest, unit)
-        )
+        longest = f"longest {np.linalg.norm(vectors[some], axis=1).max():.3g} {plain(unit or '')}"
+        axes.plot([], [], ls="", marker=r"$\rightarrow$", color="0.1", ms=10.0, label=longest)
     closed = {STICK: pair.state == STICK, SLIP: (pair.state == SLIP) & (pair.bound > 0.0)}
     marked = {state: rows for state, rows in closed.items() if rows.any()}
     for state, rows in marked.items():

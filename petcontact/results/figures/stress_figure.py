@@ -151,9 +151,12 @@ class Picture:
 
     def label(self, solution: SolutionData) -> str:
         """Label of the colour bar."""
+        return label(WORDS.get(self.quantity, self.quantity), self.unit(solution))
+
+    def unit(self, solution: SolutionData) -> str:
+        """The user's name of the unit of the quantity."""
         units = solution.problem.units
-        word = WORDS.get(self.quantity, self.quantity)
-        return label(word, units.length if self.quantity.startswith("u") else units.stress)
+        return (units.length if self.quantity.startswith("u") else units.stress) or ""
 
 
 def draw_von_mises(figure: Figure, solution: SolutionData, view: View | None = None) -> None:
@@ -170,14 +173,14 @@ def _draw_plane(
     given: Mapping[str, Field],
     cells: int = ALONG,
 ) -> None:
-    axes = figure.add_subplot()
+    axes, caption = figure.add_subplot(), ""
     fields = within(
         picture.window,
         picture.bodies,
         lambda name: given.get(name) or _field(solution, name, picture, cells),
     )
     if fields:
-        _colour(figure, axes, solution, picture, fields)
+        caption = _colour(figure, axes, solution, picture, fields)
     draw_outlines(axes, solution, picture.view)
     place(axes, solution)
     if picture.window is not None and fields:
@@ -186,7 +189,7 @@ def _draw_plane(
         (left, bottom), (right, top) = drawn.min(axis=0), drawn.max(axis=0)
         axes.set(xlim=(left, right), ylim=(bottom, top))
         name_what_is_seen(axes)
-    legend_below(axes, 5)
+    legend_below(axes, 5, caption)
     fit_height(figure, axes, beside=1.6, above=2.1)
 
 
@@ -206,7 +209,7 @@ def _draw_section(figure: Figure, solution: SolutionData, picture: Picture) -> N
         name: field_inside(solution, grid_of(cut, axis, value, cells), name)
         for name, cut in cuts.items()
     }
-    _colour(figure, axes, solution, picture, fields)
+    caption = _colour(figure, axes, solution, picture, fields)
     for cut in cuts.values():
         for line in shapely.get_parts(shapely.boundary(cut)):
             axes.plot(*shapely.get_coordinates(line).T, color="black", lw=1.0)
@@ -215,7 +218,7 @@ def _draw_section(figure: Figure, solution: SolutionData, picture: Picture) -> N
     )
     title = f"{headed_end(solution)}, cut at {'xyz'[axis]} = {value:g}"
     axes.set(xlabel=first, ylabel=second, aspect="equal", title=title)
-    legend_below(axes, 5)
+    legend_below(axes, 5, caption)
     fit_height(figure, axes, beside=1.6, above=2.1)
 
 
@@ -225,8 +228,9 @@ def _colour(
     solution: SolutionData,
     picture: Picture,
     fields: Mapping[str, Field],
-) -> None:
-    """Bodies in colours of the quantity, a colour bar, and its largest value in place and words."""
+) -> str:
+    """Bodies in colours of the quantity, a colour bar, and its largest value; returns that in
+    words."""
     values = {name: quantity(field, picture.quantity) for name, field in fields.items()}
     field, row, largest, text = _largest(solution, picture, fields, values)
     every, end = np.concatenate([*values.values()]), abs(largest) or 1.0
@@ -251,7 +255,7 @@ def _colour(
     )
     extend = beyond(every, -end if signed else -np.inf, end)
     figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=extend)
-    figure.supxlabel(textwrap.fill(plain(text + _without(solution, picture)), WIDE), fontsize=8.0)
+    return textwrap.fill(plain(text + _without(solution, picture)), WIDE)
 
 
 def _largest(
@@ -276,7 +280,8 @@ def _largest(
         row = tops[name]
         largest, place = float(values[name][row]), fields[name].x[row]
     at = place_of(place, float(np.abs(fields[name].x).max())).replace(KEPT, " ")
-    return fields[name], row, largest, f"largest {largest:.4g} at {at} of the initial shape"
+    text = f"largest {largest:.4g} {picture.unit(solution)}".rstrip()
+    return fields[name], row, largest, f"{text} at {at} of the initial shape"
 
 
 def largest_known(
