@@ -109,6 +109,22 @@ def field_at(
 
     The integrals over elements are exact at every distance, so that both are as accurate as the
     boundary data and their slopes, also close to the boundary (`InteriorField`).
+
+    Parameters
+    ----------
+    mesh, material
+        Of the body.
+    u, traction : (n, d) arrays
+        At its nodes [length], [stress].
+    points : (m, d) array
+        Inside the body [length].
+    progress : callable, optional
+        Called with the share of the elements that is done.
+
+    Examples
+    --------
+    >>> s = solve("block.toml")
+    >>> u, stress = field_at(s.mesh, s.u, s.traction, s.problem.material, [[4.0, 2.0]])
     """
     field = InteriorField(mesh, u[..., None], traction[..., None], material).at(points, progress)
     return field[0][..., 0], field[1][..., 0]

@@ -65,8 +65,8 @@ def pages() -> dict[str, str]:
 
 
 def vocabulary() -> list[str]:
-    """Words of five letters and more that stand in the chapters, the most frequent first."""
-    words = re.findall(r"\b[a-z]{5,}\b", " ".join(map(chapter, topics())))
+    """Words and keys of five letters and more in the chapters, the most frequent first."""
+    words = re.findall(r"\b[a-z_]{5,}\b", " ".join(map(chapter, topics())))
     return [word for word, _ in Counter(words).most_common()]
 
 

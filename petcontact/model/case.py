@@ -62,10 +62,19 @@ def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Pro
         For example ``{"method.omega": 1.0, "mesh.element_size": 0.1}``. Files are relative to where
         the program runs, those of the config to its folder.
 
+    Returns
+    -------
+    Problem
+
     Raises
     ------
     InputError
         One line: file, key, what was given, what is allowed.
+
+    Examples
+    --------
+    >>> problem = load("block.toml", {"boundary.0.friction_bound": 100.0, "mesh.order": 1})
+    >>> print(solve(problem).verdict())
     """
     return parse_problem(read_toml(path), str(path), overrides or {}, Path(path).parent)
 

@@ -127,6 +127,8 @@ class Problem(Bodies):
     ('body', 10000.0)
     """
 
+    _others = OWN
+
     if TYPE_CHECKING:
 
         def __init__(

@@ -203,6 +203,11 @@ class Evaluated(Keeping, Hinted):
         ------
         InputError
             If there is no such body, part or increment, or a point lies outside.
+
+        Examples
+        --------
+        >>> state = solution.state_at([[4.0, 2.0], [4.0, 0.0]])
+        >>> state.u, state.von_mises  # (2, d) [length], (2,) [stress]
         """
         return self.states_at(points, [step], body, part, progress)[0]
 

@@ -60,6 +60,14 @@ class Solution(SolutionData):
         files do not hold it.
     written : tuple of Number, optional
         The numbers with errors that a result file holds; None of a solution that was not read.
+
+    Examples
+    --------
+    >>> solution = solve("block.toml")
+    >>> pair = solution.pairs["bottom"]
+    >>> pair.x, pair.pressure, pair.sigma_t  # (m, 2) [length], (m,) and (m, 1) [stress]
+    >>> [(n.name, n.value, n.error, n.unit) for n in solution.numbers["largest p"]]
+    >>> solution.von_mises_at([[4.0, 2.0]])  # (1,) [stress]
     """
 
     def save(self, path: str | Path) -> None:
@@ -85,7 +93,13 @@ class Solution(SolutionData):
         return plot_on(self, ax)
 
     def verdict(self, verbose: bool = False) -> str:
-        """A few lines that say how the solve ended; more of them with `verbose`."""
+        """A few lines that say how the solve ended; more of them with `verbose`.
+
+        Examples
+        --------
+        >>> solution.verdict().splitlines()[0]
+        'converged: A block pushed over a foundation'
+        """
         return verdict(self, verbose)
 
     def to_json(self) -> str:
@@ -102,10 +116,24 @@ class Solution(SolutionData):
 def read_result(path: str | Path) -> Solution:
     """The solution that a result file of any format holds.
 
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Solution
+
     Raises
     ------
     ResultError
         If the file is missing, truncated, not HDF5, not ours, or of a later format version.
+
+    Examples
+    --------
+    >>> solution = read_result("block.h5")
+    >>> print(solution.verdict())
+    >>> solution.pairs["bottom"].force  # on the body [stress · length, in space · area]
     """
     data = read_data(path)
     return Solution(**{name: getattr(data, name) for name in SolutionData.__dataclass_fields__})

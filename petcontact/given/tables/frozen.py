@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Self
+from typing import ClassVar, Self
 
 import pydantic
 
@@ -13,6 +13,9 @@ from ...runtime.hints import among
 
 class Frozen(pydantic.BaseModel):
     """A model whose fields are given once."""
+
+    _others: ClassVar[tuple[str, ...]] = ()
+    """Keys beside its fields that a copy takes."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name in type(self).model_fields:
@@ -33,5 +36,6 @@ class Frozen(pydantic.BaseModel):
         """
         for name in update or ():
             if name not in type(self).model_fields:
-                raise InputError(f"{name}: unknown key{among(name, [*type(self).model_fields])}")
+                keys = [*type(self).model_fields, *self._others]
+                raise InputError(f"{name}: unknown key{among(name, keys)}")
         return super().model_copy(update=update, deep=deep)

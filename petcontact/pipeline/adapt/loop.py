@@ -281,6 +281,12 @@ def adapt(
         If the accuracy does not lie in (0, 1).
     InputError, SolverError
         As `solve`.
+
+    Examples
+    --------
+    >>> solution = adapt(load("block.toml"), 1e-3)
+    >>> solution.accuracy.error < solution.accuracy.wanted  # relative [-]
+    True
     """
 
     def call() -> Callable[[], Mapping[str, Any]]:

@@ -46,7 +46,7 @@ def peak_lines(tell: Teller) -> list[str]:
 def _without_bound(places: list[str]) -> list[str]:
     """Where stress has no bound: the first places, and how many more there are."""
     left = len(places) - LISTED
-    more = [f"{left} more place{'s' * (left > 1)}"] * (left > 0)
+    more = [f"{left}{KEPT}more{KEPT}place{'s' * (left > 1)}"] * (left > 0)
     listed = ", ".join([*places[:LISTED], *more])
     return wrapped("  stress has no bound at ", [listed], separator=" ") if places else []
 
@@ -60,7 +60,8 @@ def _strengths(tell: Teller, place: Number) -> list[str]:
         if own and here and not np.isnan(each.exponent):
             largest[each.name] = each
     return [
-        f"{name.partition(' ')[0]} {tell.number(each, place=False)}, λ {each.exponent:.4g}"
+        f"{name.partition(' ')[0]} {tell.number(each, place=False)}, ".replace(" ", KEPT)[:-1]
+        + f" λ{KEPT}{each.exponent:.4g}"
         for name, each in largest.items()
     ]
 
