@@ -138,7 +138,7 @@ class CurveMesh(BoundaryMesh):
     @property
     def of_forces(self) -> str:
         """As in `BoundaryMesh`."""
-        return "whole" if self.thickness else "per length"
+        return "whole forces" if self.thickness else "forces per length"
 
     @property
     def depth(self) -> float:

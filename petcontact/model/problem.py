@@ -411,6 +411,8 @@ class Problem(Bodies):
             place = "" if self.is_flat else f"body[{k}]."
             if not adaptive or self.outline(k).graded:  # in 3D they make the first mesh
                 keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
+            if self.outline(k).dim > 2 and "plane" in body.material.model_fields_set:
+                keys.append(f"{place}material.plane")
         return keys
 
     def toml(self) -> str:

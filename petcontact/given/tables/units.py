@@ -38,6 +38,13 @@ class Units(Model):
     length: UnitName | None = None
     stress: UnitName | None = None
 
+    @pydantic.model_validator(mode="after")
+    def _not_the_other(self) -> Units:
+        stresses, lengths = map(set, zip(*FORCES, strict=True))
+        if self.length in stresses or self.stress in lengths:
+            raise ValueError("length and stress are exchanged, or one of them is no such unit")
+        return self
+
     @property
     def stiffness(self) -> str | None:
         """Name of the unit of ρ, stress over length; None without names."""

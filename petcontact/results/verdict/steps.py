@@ -10,9 +10,9 @@ from ...errors import ONE_BODY
 from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..numbers.number import DISPLACEMENT, Number
-from ..records import PairResult, StepResult, WearHistory
+from ..records import StepResult, WearHistory
 from .teller import AXIAL, Teller, label
-from .text import wrapped
+from .text import table, wrapped
 
 
 def progress_lines(tell: Teller) -> list[str]:
@@ -64,7 +64,7 @@ def _left_over(tell: Teller, step: StepResult) -> list[str]:
     left = float(step.residuals.get("equilibrium", np.nan))
     if not np.isfinite(left):
         return []
-    within = f" within {left:.0e} of their sizes" if left > SOLVED else ""
+    within = f" within {left:.0e}" if left > SOLVED else ""
     return [f"sum of all forces 0{within}", *tell.notes]
 
 
@@ -101,20 +101,24 @@ def _reaction(tell: Teller, number: Number) -> Iterator[str]:
         yield f"{printable(number.of)} {f'{head} ' * turns}{tell.number(number)}"
 
 
-def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:
+def wear_lines(tell: Teller, wear: WearHistory) -> list[str]:
     """Worn volume and depth, and the largest pressure, of each interface that wears after some of
     the cycles."""
     lines, last, cycles = list[str](), len(wear.cycle) - 1, int(wear.cycle[-1])
+    shown = np.unique(np.linspace(0, last, 5 if tell.verbose else 3).round().astype(int))
+    over = f"{cycles} cycles, {last} jump{'s' if last != 1 else ''}" if cycles > 1 else "1 cycle"
     for name, depth in wear.depth.items():
-        over = (
-            f"{cycles} cycles, {last} jump{'s' if last != 1 else ''}" if cycles > 1 else "1 cycle"
-        )
         lines.append(f"  wear of {printable(name)} over {over}:")
-        volume, pressure = depth @ pairs[name].weight, wear.pressure[name]
-        # five of the cycles that were computed
-        for k in np.unique(np.linspace(0, last, 5).round().astype(int)):
-            lines.append(
-                f"    cycle {wear.cycle[k]}: volume {volume[k]:.6g}, depth "
-                f"{depth[k].max(initial=0.0):.4g}, max p {pressure[k].max(initial=0.0):.6g}"
-            )
+        columns = (
+            ("cycle", "", wear.cycle),
+            ("volume", tell.unit("volume"), depth @ tell.solution.pairs[name].weight),
+            ("depth", tell.unit("length"), depth.max(axis=1, initial=0.0)),
+            ("largest p", tell.unit("stress"), wear.pressure[name].max(axis=1, initial=0.0)),
+        )
+        lines += table(
+            {
+                f"{word} [{unit}]" if unit else word: [f"{each:.6g}" for each in values[shown]]
+                for word, unit, values in columns
+            }
+        )
     return lines

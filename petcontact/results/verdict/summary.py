@@ -49,7 +49,7 @@ def verdict(solution: SolutionData, verbose: bool = False) -> str:
     lines += _sizes(solution) if verbose else []
     lines += [*progress_lines(tell), *pair_lines(tell)]
     if solution.wear is not None:
-        lines += wear_lines(solution.wear, solution.pairs)
+        lines += wear_lines(tell, solution.wear)
     lines += [*reaction_lines(tell), *peak_lines(tell), *_accuracy(tell)]
     lines += _checks(tell, said if solution.converged else "")
     return "\n".join([*lines, *_times(solution, verbose)])

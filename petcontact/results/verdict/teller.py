@@ -51,8 +51,8 @@ class Teller:
         mesh = next(iter(solution.meshes.values()))
         self.power = mesh.weight_power
         units = solution.problem.units
-        self.notes = [f"forces are {mesh.of_forces}"] * bool(mesh.of_forces)
-        self.notes += ["units are those of the config"] * (not (units.length or units.stress))
+        self.notes = [mesh.of_forces] * bool(mesh.of_forces)
+        self.notes += ["units of the config"] * (not (units.length or units.stress))
         self.ends = list({(step.step, step.cycle): step for step in solution.steps}.values())
 
     def unit(self, kind: str) -> str:
