@@ -72,7 +72,8 @@ def _both_sides(
         x = draw_bodies(axes, solution, bodies, 0.0, colours, angles)
         fit_axes(axes, solution, x.min(axis=0), x.max(axis=0))
         _loads(axes, solution)
-        axes.set_title(f"from {'above' if angles[0] > 0.0 else 'below'}", fontsize="small")
+        word = "above" if angles[0] > 0.0 else "below"
+        axes.set_title(f"from {word}", fontsize="small", loc="left")  # away from names of axes
         views.append(axes)
     return views
 
