@@ -57,8 +57,9 @@ def _conditions(
     """The conditions of a body at the beginning, and at the end of each step."""
     posed = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
     first = values = {
-        part: _condition(f"{in_body(body.name)}{part}", condition)
-        for part, condition in posed.items()
+        c.part: _condition(f"{in_body(body.name)}boundary[{k}] ({c.part})", c)
+        for k, c in enumerate(body.boundary)
+        if not isinstance(c, Contact)
     }
     result = []
     for s, step in enumerate(steps):

@@ -82,11 +82,11 @@ LOGARITHM = {"part": "left", "condition": "traction", "pressure": "log(-1)"}
         ((contact("bottom", "1/(x-x)"), *SIDES), "friction_bound: expression .* is not finite"),
         (
             (contact("bottom"), moved("left", ["q", 0.0]), *free("right")),
-            r"left\.value\[0\]: unknown name 'q'",
+            r"\[2\] \(left\)\.value\[0\]: unknown name 'q'",
         ),
         (
             (contact("bottom"), LOGARITHM, *free("right")),
-            r"left\.pressure: expression .* is not finite",
+            r"\(left\)\.pressure: expression .* is not finite",
         ),
     ],
 )
