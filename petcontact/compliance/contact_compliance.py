@@ -15,16 +15,13 @@ from ..arrays import Array
 from ..contact.system import Linearisation, Modes, RigidModeConstraint, Surrogate
 from ..errors import InputError
 from ..linalg.bordered import BorderedKrylov
-from ..linalg.dense_solver import DenseSolver
+from ..linalg.dense_solver import ALONE, DenseSolver
 from ..linalg.ksp import SolverFront, is_asked_for
 from ..round_off import SOLVED
 from ..runtime.petsc import petsc
 from ..untyped import Comm
 
 MakeSurrogate = Callable[[], Surrogate | None]
-ALONE = 512
-"""Largest number of unknowns for which each rank factorises I + ρS for itself: LU takes 9 ms at 10
-GFLOP/s, half of which a second rank saves, and sends 20 messages and 2 MB for it."""
 
 
 class ContactCompliance(SolverFront, abc.ABC):

@@ -190,11 +190,17 @@ class BodiesSystem:
                 self._apply, (self.size, self.k), motions, comm, self.surrogate, text
             )
             return shared_by(cases, products, self.base.shape[1], comm)
+        dense = DenseCompliance(self._compliance(), comm, self.surrogate)
+        return shared_by(cases, dense, self.base.shape[1], comm)
+
+    def _compliance(self) -> Array:
+        """S of all bodies; where it is that of the only one, not a copy of it."""
+        if len(self.bodies) == 1 and self._maps[0].is_identity:
+            return np.asarray(self.bodies[0].compliance)
         total = np.zeros((self.k * self.size, self.k * self.size))
         for body, maps in zip(self.bodies, self._maps, strict=True):
             maps.add_compliance(body.compliance, total)
-        dense = DenseCompliance(total.T, comm, self.surrogate)
-        return shared_by(cases, dense, self.base.shape[1], comm)
+        return total.T
 
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:
         motions = [self.motions.every(points, centre) for points in x]

@@ -28,7 +28,7 @@ PANEL, BLOCK = 32, 128
 """Columns of native/lu.c."""
 _factorise = native.function("petcontact_lu_block", "piiiIDNDpp")
 _update = native.function("petcontact_lu_update", "piDIiipiiDp")
-_back = native.function("petcontact_back", "piiDiiDp")
+_back = native.function("petcontact_back", "piiipiiDp")
 
 
 class BlockedLU:
@@ -41,10 +41,12 @@ class BlockedLU:
         Stage named in errors.
     last : (k,) int array
         Numbers of the unknowns that go last.
+    in_place : bool
+        Whether the matrix is not read again once the ranks have exchanged it.
     """
 
-    def __init__(self, comm: Comm, stage: str, last: Index) -> None:
-        self._stage, self._last = stage, last
+    def __init__(self, comm: Comm, stage: str, last: Index, *, in_place: bool) -> None:
+        self._stage, self._last, self._in_place = stage, last, in_place
         self._rank: int = comm.getRank()
         self._ranks: int = comm.getSize()
         self._mpi = mpi(comm)
@@ -67,7 +69,9 @@ class BlockedLU:
         blocks = [self._order[first : first + BLOCK] for first in starts]
         shares = [blocks[rank :: self._ranks] for rank in range(self._ranks)]
         owned = [np.concatenate([out[:0], *share]) for share in shares]
-        self._columns = exchanged(matrix.getDenseArray().T, owned, self._mpi)
+        # read only: PETSc would take a written matrix for a new one, and factorise it at each solve
+        columns = matrix.getDenseArray(readonly=True).T
+        self._columns = exchanged(columns, owned, self._mpi, used_up=self._in_place)
         self._pivots = np.empty(self._n, dtype=np.int32)
         self._inverses = np.empty((self._n, PANEL))
         for first in starts:
@@ -136,13 +140,13 @@ class BlockedLU:
         Parameters
         ----------
         rhs : (c, rows) array
-            This rank's rows of each.
+            This rank's rows of each; of no use afterwards.
         """
         ranges = [np.arange(*bounds) for bounds in even_ranges(len(rhs), self._ranks)]
         petsc().Log.logFlops(float(self._n) ** 2 * len(ranges[self._rank]))
         if len(rhs) < BLOCK:
             return np.asarray(self._begun_by_owners(rhs)[ranges[self._rank]])
-        columns = exchanged(rhs, ranges, self._mpi)
+        columns = exchanged(rhs, ranges, self._mpi, used_up=True)
         for first in range(0, self._n, BLOCK):
             self._updated(first, columns)
         return columns
@@ -162,15 +166,19 @@ class BlockedLU:
 
     def kept(self, begun: Array) -> Array:
         """The unknowns that go last of all columns, (k, c), on every rank. Collective."""
-        inner, k = self._n - len(self._last), len(self._last)
-        places = np.flatnonzero(np.arange(inner, self._n) // BLOCK % self._ranks == self._rank)
-        corner, own = np.zeros((k, k)), self._columns[len(self._columns) - len(places) :, inner:]
-        corner[gathered(places, self._mpi)] = gathered(own, self._mpi)
-        result, work = np.array(begun[:, inner:]), np.empty(PANEL * (PANEL + len(begun)))
-        _back(native.pointer(corner), k, k, result, k, len(result), work, _routines()[1])
-        petsc().Log.logFlops(float(k) ** 2 * len(result))
-        every = gathered(result, self._mpi)
-        return every[:, np.argsort(self._order)[self._last] - inner].T
+        inner, count, product = self._n - len(self._last), len(begun), _routines()[1]
+        result, work = np.array(begun[:, inner:]), np.empty(PANEL * (PANEL + count))
+        left = native.pointer(result), len(self._last), count
+        for first in reversed(range(inner // BLOCK * BLOCK, self._n, BLOCK)):
+            start, end = max(first, inner), min(first + BLOCK, self._n)
+            block, owner = np.empty((end - start, end - inner)), self._owner(first)
+            if owner == self._rank:
+                place = self._place(first) + start - first
+                block[:] = self._columns[place:, inner:end][: len(block)]
+            self._mpi.Bcast(block, root=owner)
+            _back(native.pointer(block), end - inner, end - inner, len(block), *left, work, product)
+        petsc().Log.logFlops(float(len(self._last)) ** 2 * count)
+        return gathered(result[:, np.argsort(self._order)[self._last] - inner], self._mpi).T
 
     def combined(self, *pairs: tuple[Array, Array]) -> Array:
         """All unknowns of A⁻¹ (B_1 y_1 + B_2 y_2 + ...), (n, ...), on every rank, from what was
@@ -193,8 +201,8 @@ class BlockedLU:
                 place, wide, count = self._place(first), rows.stop - first, flat.shape[1]
                 columns = self._columns[place : place + wide]
                 work = np.empty(PANEL * (PANEL + count))
-                upper = native.pointer(columns[:, first:])
-                _back(upper, self._n, wide, part, wide, count, work, _routines()[1])
+                pair = native.pointer(columns[:, first:]), native.pointer(part)
+                _back(pair[0], self._n, wide, wide, pair[1], wide, count, work, _routines()[1])
                 solved[rows] = part.T
                 flat[:first] -= columns[:, :first].T @ solved[rows]
         result = np.empty_like(solved)

@@ -83,17 +83,22 @@ class Elimination:
         comm: Comm,
         kinds: tuple[Index, Index] | None = None,
     ) -> None:
-        self._size, self.influence = len(system), np.zeros((len(kept), len(kept)))
+        self._size = len(system)
         unknown, row = kinds or [np.zeros(count, dtype=np.int64) for count in system.shape]
         group = _groups(system, contact, kept, unknown, row, comm)
-        self._blocks = list[_Block]()
+        self._blocks, influence = list[_Block](), list[Array]()
         for number in range(group.max(initial=0) + 1):
             own = np.flatnonzero(group[unknown[kept]] == number)
             inside, rows = (np.flatnonzero(group[kind] == number) for kind in (unknown, row))
             solver = _factors(_part(system, inside, rows), np.searchsorted(inside, kept[own]), comm)
             begun = solver.begun(_part(contact, own, rows))
-            self.influence[np.ix_(own, own)] = _kept(solver, begun)
+            influence.append(_kept(solver, begun))
             self._blocks.append(_Block(inside, rows, own, solver, begun))
+        self.influence = influence[0]  # of the only block without a copy
+        if len(influence) > 1:
+            self.influence = np.zeros((len(kept), len(kept)))
+            for block, part in zip(self._blocks, influence, strict=True):
+                self.influence[np.ix_(block.own, block.own)] = part
         self._load(loads)
 
     def _load(self, loads: Array) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..errors import InputError, SolverError
+from ..runtime.memory import give_back
 from ..runtime.petsc import given_options, options_error, petsc, reason_name, solver_error
 from ..runtime.ranks import meet
 from ..untyped import KSP, PC, Comm, Mat, Vec
@@ -155,15 +156,16 @@ class LinearSolver:
         """An LU for what PETSc has none of, or in the place of a matrix that nothing else needs."""
         name, database = pc.getType(), petsc().Options(self._prefix)
         several = self._comm.getSize() > 1
+        in_place = self._in_place and alone and not _looks_at_matrix(self._prefix)
         if name == blocked_lu.TYPE and several:
-            lu = blocked_lu.BlockedLU(self._comm, self.stage, self._last)
+            lu = blocked_lu.BlockedLU(self._comm, self.stage, self._last, in_place=in_place)
             pc.setPythonContext(lu)
             self._blocked = lu if alone else None
         elif name == blocked_lu.TYPE:
             pc.setType("lu")  # PETSc has one for one rank
         elif name == "lu" and several:
             pc.setType("redundant")  # PETSc has no LU of dense matrices over ranks
-        if pc.getType() == "lu" and self._in_place and alone and not _looks_at_matrix(self._prefix):
+        if pc.getType() == "lu" and in_place:
             if not database.hasName("pc_factor_mat_solver_type"):
                 pc.setFactorSolverType("petsc")
             if not database.hasName("pc_factor_in_place"):
@@ -198,7 +200,7 @@ class LinearSolver:
         Parameters
         ----------
         rhs : (c, rows) array
-            This rank's rows of each.
+            This rank's rows of each; of no use afterwards.
         """
         self._guard(self.ksp.setUp)
         if self._blocked is not None:
@@ -210,6 +212,7 @@ class LinearSolver:
             self._guard(lambda: self.ksp.getPC().matApply(*pair))
             for matrix in pair:
                 matrix.destroy()
+            give_back(rhs)
             return result
         for column, column_result in zip(rhs, result, strict=True):
             column_result[:] = self.solved(column)[own]
@@ -219,7 +222,7 @@ class LinearSolver:
         """The unknowns `last` of all columns, (k, c), on every rank. Collective."""
         if self._blocked is not None:
             return self._blocked.kept(begun)
-        return everywhere(begun.T, self._comm)[self._last]
+        return np.asarray(everywhere(begun.T, self._comm).T[:, self._last].T)
 
     def combined(self, *pairs: tuple[Array, Array]) -> Array:
         """All unknowns of operator⁻¹ (B_1 y_1 + B_2 y_2 + ...), (n, ...), on every rank, from what

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import AnyArray, Array, Index
+from ..runtime.memory import give_back
 from ..runtime.ranks import mpi
 from ..untyped import Comm
 
@@ -63,7 +64,9 @@ def summed_at(root: int, values: Array, world: Comm) -> Array:
     return result
 
 
-def exchanged(columns: Array, owners: Sequence[Index], world: Comm) -> Array:
+def exchanged(
+    columns: Array, owners: Sequence[Index], world: Comm, *, used_up: bool = False
+) -> Array:
     """This rank's columns with all of their rows, (c', n), out of its rows of all columns (c,
     rows). Collective.
 
@@ -73,6 +76,8 @@ def exchanged(columns: Array, owners: Sequence[Index], world: Comm) -> Array:
     owners : sequence of int arrays
         The numbers of the columns that each rank is to have.
     world : mpi4py communicator
+    used_up : bool
+        Whether nobody reads `columns` again: what has been sent gives its memory back.
     """
     heights, own = world.allgather(columns.shape[1]), owners[world.Get_rank()]
     result = np.empty((len(own), sum(heights)))
@@ -90,4 +95,8 @@ def exchanged(columns: Array, owners: Sequence[Index], world: Comm) -> Array:
         for k, height in enumerate(heights):
             part = came[count * places[k] : count * places[k + 1]].reshape(count, height)
             result[first : first + count, places[k] : places[k + 1]] = part
+        if used_up:
+            numbers = np.concatenate(some)
+            for run in np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1):
+                give_back(columns[run[0] : run[-1] + 1])
     return result

@@ -28,7 +28,7 @@ from ..errors import MissingKernelsError
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
-INTERFACE = 0x7D763989
+INTERFACE = 0xA6D0DEF8
 """`petcontact_interface` of the C files beside this one; a library of others expects other
 arguments."""
 FILLER = "piNiNDD"

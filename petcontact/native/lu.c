@@ -88,17 +88,17 @@ DISPATCHED void petcontact_lu_update(const double *block, int64_t lda, const dou
     updated(block, (int)lda, inverses, pivots, (int)rows, (int)wide, columns, (int)ld, (int)count, work, (Product *)product);
 }
 
-/* U^-1 B in place of B, `width` columns of `size` numbers that begin `ldb` apart; those of U begin `ldu` apart. `work` has room
-   for 32 (32 + width). */
-DISPATCHED void petcontact_back(const double *u, int64_t ldu, int64_t size, double *b, int64_t ldb, int64_t width,
+/* What the last `wide` columns of U, which begin `ldu` apart, do to `width` columns of `size` numbers that begin `ldb` apart, in
+   their place: with all columns of U it is U^-1. `work` has room for 32 (32 + width). */
+DISPATCHED void petcontact_back(const double *u, int64_t ldu, int64_t size, int64_t wide, double *b, int64_t ldb, int64_t width,
                                 double *work, void *product)
 {
     const double one = 1.0, minus = -1.0, zero = 0.0;
-    const int lda = (int)ldu, step = (int)ldb, count = (int)width;
+    const int lda = (int)ldu, step = (int)ldb, count = (int)width, first = (int)(size - wide);
     double *inverse = work, *copy = work + PANEL * PANEL;
-    for (int j = ((int)size - 1) / PANEL * PANEL; j >= 0 && width > 0; j -= PANEL) {
+    for (int j = first + ((int)wide - 1) / PANEL * PANEL; j >= first && width > 0; j -= PANEL) {
         int k = (int)size - j < PANEL ? (int)size - j : PANEL;
-        const double *panel = u + (int64_t)j * ldu;
+        const double *panel = u + (int64_t)(j - first) * ldu;
         memset(inverse, 0, (size_t)(k * k) * sizeof(double));
         for (int c = 0; c < k; c++) {
             double *column = inverse + c * k;

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from .. import __version__
+from ..contact.active_set.block_factors import BlockFactors
 from ..contact.law_protocol import GivenLaw
 from ..contact.methods.registry import GivenMethod, method_of
 from ..contact.rho_rules import Rule
@@ -92,11 +93,15 @@ def prepare(
     chosen = problem.method if method is None else method
     if not discrete.interfaces:  # there is nothing for a method to do, whichever is asked for
         chosen, rule = Method(name="semismooth-newton"), None
-    prepared = PreparedProblem(
-        discrete, system, method_of(chosen, rule, problem.method), comm, {**seconds, **stages}
+    return PreparedProblem(
+        discrete,
+        system,
+        method_of(chosen, rule, problem.method),
+        comm,
+        {**seconds, **stages},
+        named=_named(method, rule),
+        block_factors=BlockFactors(comm),
     )
-    prepared.named = _named(method, rule)
-    return prepared
 
 
 def described(problem: Problem, **given: object) -> Keyed:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import gc
 import math
 import mmap
@@ -11,6 +12,7 @@ import re
 import resource
 import sys
 
+from ..arrays import Array
 from ..errors import SolverError
 from ..untyped import Comm
 
@@ -64,8 +66,6 @@ def check_address_space() -> None:
 def trim_heap() -> None:
     """Return to the system what is free inside of glibc's heaps: a quarter of all, after many
     blocks came and went."""
-    import ctypes
-
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
     if trim is not None:
         trim(0)
@@ -76,6 +76,19 @@ def release_memory() -> None:
     it to the system."""
     gc.collect()
     trim_heap()
+
+
+def give_back(array: Array) -> None:
+    """Return the memory of an array, whose numbers nobody reads again, to the system, whoever still
+    refers to it.
+
+    Its whole pages are read as zeros from then on, and take memory again where they are written.
+    """
+    size, first, last = mmap.PAGESIZE, array.ctypes.data, array.ctypes.data + array.nbytes
+    first, last = -(-first // size) * size, last // size * size
+    if sys.platform == "linux" and array.flags.c_contiguous and first < last:
+        pages = ctypes.c_void_p(first), ctypes.c_size_t(last - first)
+        ctypes.CDLL(None).madvise(*pages, mmap.MADV_DONTNEED)
 
 
 def _peak() -> int:

@@ -54,6 +54,31 @@ for n, r in ((n, r) for r in (0, 1, 3, 6) for n in range(max(r, 1), 12)):
 if petsc().COMM_WORLD.getRank() == 0:
     print("RESULT", json.dumps(worst))
 """
+SHARED = """
+import json
+import numpy as np
+from petcontact.contact.active_set.block_factors import BlockFactors
+from petcontact.linalg.blocked_lu import BlockedLU
+from petcontact.linalg.dense_elimination import Elimination
+from petcontact.linalg.row_layout import even_ranges
+from petcontact.runtime.petsc import petsc
+comm, random, set_up, times = petsc().COMM_WORLD, np.random.default_rng(3), BlockedLU.setUp, []
+BlockedLU.setUp = lambda self, pc: (times.append(self), set_up(self, pc))[1]
+n, kept = 1500, np.arange(100, 1000)
+whole, contact = random.standard_normal((n, n)) + 40.0 * np.eye(n), random.standard_normal((n, len(kept)))
+own = slice(*even_ranges(n, comm.getSize())[comm.getRank()])
+given = [np.array(matrix[own].T, order="C") for matrix in (whole, contact, contact[:, :1])]
+made = Elimination(*given, kept, comm)
+apart = [made.influence - np.linalg.solve(whole, contact)[kept]]
+apart.append(made.solve(contact[own, 0]) - np.linalg.solve(whole, contact[:, 0]))
+left = [np.count_nonzero(matrix) / matrix.size for matrix in given[:2]]
+factors, marks = BlockFactors(comm), np.zeros((700, 1))
+for active in (np.arange(600), np.arange(5, 605)):
+    block, rhs = whole[np.ix_(active, active)], contact[active, 0]
+    apart.append(factors.solve(whole, active, marks[active], block, rhs) - np.linalg.solve(block, rhs))
+if comm.getRank() == 0:
+    print("RESULT", json.dumps([max(float(np.abs(a).max()) for a in apart), max(left), len(times)]))
+"""
 DIGEST = """
 import json
 from petcontact.runtime.petsc import petsc
@@ -84,6 +109,14 @@ def test_systems_of_few_rows():
     """Down to fewer rows than ranks, and borders that more than one rank has rows of: the equations
     hold."""
     assert launch.result(4, SMALL) <= 1e-9
+
+
+def test_ranks_share_factors_that_are_computed_once():
+    """Of an elimination, whose memory before the exchange is given back, and of a block and one near
+    it."""
+    apart, left, times = launch.result(2, SHARED)
+    assert apart <= 1e-10 and left <= 0.2
+    assert times == 2
 
 
 def test_the_same_bits_on_the_same_ranks():

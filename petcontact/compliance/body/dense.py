@@ -52,7 +52,8 @@ class DenseBody(ElasticBody):
                 system.kinds,
             )
             self.digits_lost = forward_error(self._solved.solve(system.of_known), system.known)
-        self.compliance = self._solved.influence / operators.traction_scale
+        self.compliance = self._solved.influence
+        self.compliance /= operators.traction_scale
         self.u_0 = self._at_rest(self._solved.at_rest)
         self._comm = comm
 

@@ -7,9 +7,10 @@ import scipy
 
 from ...arrays import Array, Index
 from ...errors import SingularMatrixError
-from ...linalg.dense_solver import DenseSolver
+from ...linalg.dense_solver import ALONE, DenseSolver
 from ...round_off import CHAINED
 from ...runtime.petsc import petsc
+from ...untyped import Comm
 
 EPSILON, REPEATED = 1e-6, 4
 """`EPSILON` regularises a least-squares solution, relative to the longest column [-]. `REPEATED` is
@@ -24,9 +25,16 @@ class BlockFactors:
     force on each of their equations is unknown instead. A Schur complement of the size of the
     change gives these forces and the new unknowns (W. W. Hager, Updating the inverse of a matrix,
     SIAM Rev. 31 (1989) 221-239).
+
+    Parameters
+    ----------
+    comm : PETSc.Comm, optional
+        Ranks that share the factors of large blocks, which each of them has whole; by default each
+        factorises for itself.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, comm: Comm = None) -> None:
+        self._comm = comm
         # solver, S, number of unknowns, components and marks of the factorised block
         self._of: tuple[DenseSolver, Array, int, Index, Array] | None = None
 
@@ -58,7 +66,13 @@ class BlockFactors:
             )
             if answer is not None:
                 return answer
-        solver = DenseSolver(petsc().COMM_SELF, "stick_") if self._of is None else self._of[0]
+        shared = self._comm is not None and len(rhs) > ALONE
+        comm = self._comm if shared else petsc().COMM_SELF
+        if self._of is not None and self._of[0].comm == comm:
+            solver = self._of[0]
+        else:
+            self.close()
+            solver = DenseSolver(comm, "stick_")
         self._of = None
         solver.take(matrix)
         try:

@@ -1,7 +1,7 @@
 """Solvers for S on the components of an active set, with rigid motions.
 
 KSPs have the prefix `stick_`, and `sum_` for T + S. If S is dense and small, they solve dense
-blocks, which every rank factorises. Otherwise they solve matrices of type python with the surrogate
+blocks; ranks share the factors of large ones. Otherwise they solve matrices of type python with the surrogate
 T as preconditioner.
 """
 
