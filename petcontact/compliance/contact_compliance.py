@@ -17,6 +17,7 @@ from ..errors import InputError
 from ..linalg.bordered import BorderedKrylov
 from ..linalg.dense_solver import ALONE, DenseSolver
 from ..linalg.ksp import SolverFront, is_asked_for
+from ..linalg.row_layout import even_ranges, everywhere
 from ..round_off import SOLVED
 from ..runtime.petsc import petsc
 from ..untyped import Comm
@@ -75,18 +76,21 @@ class ContactCompliance(SolverFront, abc.ABC):
 
 
 class DenseCompliance(ContactCompliance):
-    """S as a matrix on every rank. The KSP without a prefix factorises I + ρS for each ρ."""
+    """S as a matrix on every rank; ranks share its products by rows. The KSP without a prefix
+    factorises I + ρS for each ρ."""
 
     def __init__(self, matrix: Array, comm: Comm, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
         shared = comm.getSize() == 1 or len(matrix) > ALONE or is_asked_for("")
         self._comm = comm if shared else petsc().COMM_SELF
         self._matrix = np.asfortranarray(matrix)
+        first, last = even_ranges(len(matrix), self._comm.getSize())[self._comm.getRank()]
+        self._rows = self._matrix[first:last]
         self._of: tuple[Array, Modes | None, RigidModeConstraint | None] | None = None
 
     def apply(self, sigma: Array) -> Array:
-        """Return the product S σ, (m, k) [length]."""
-        return np.asarray(self._matrix @ sigma.ravel()).reshape(sigma.shape)
+        """Return the product S σ, (m, k) [length]. Collective."""
+        return everywhere(self._rows @ sigma.ravel(), self._comm).reshape(sigma.shape)
 
     def matrix(self) -> Array:
         """Return S as a matrix (m k, m k) [length/stress]."""

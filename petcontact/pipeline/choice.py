@@ -291,14 +291,13 @@ def dense_memory(
     measured ones were within a tenth.
 
     Of a body with q unknowns and m of contact the factors, contact columns and S stay, and while
-    they are made once more the columns and S; a Newton step holds S of all `total` contact
-    unknowns, the block of closed ones, and its factors. Ranks share the factors and the columns,
-    and keep the rows that they have exchanged for them; each has S and the Newton step.
+    they are made once more S and, on one rank, the columns; a Newton step holds S of all `total`
+    contact unknowns, the block of closed ones, and its factors. Ranks share the factors and the
+    columns; each has S and the Newton step.
     """
-    rows = 1 + (ranks > 1)
     pairs = [*zip(unknowns, contact, strict=True)]
-    stays = sum(rows * q * q + m * q + 2 * ranks * m * m for q, m in pairs)
-    made = max((m * q + ranks * m * m for q, m in pairs), default=0)
+    stays = sum(q * q + m * q + 2 * ranks * m * m for q, m in pairs)
+    made = max((m * q * (ranks == 1) + ranks * m * m for q, m in pairs), default=0)
     return 8.0 * (stays + max(made, ranks * NEWTON * total * total))
 
 

@@ -1,8 +1,8 @@
 """Solvers for S on the components of an active set, with rigid motions.
 
 KSPs have the prefix `stick_`, and `sum_` for T + S. If S is dense and small, they solve dense
-blocks; ranks share the factors of large ones. Otherwise they solve matrices of type python with the surrogate
-T as preconditioner.
+blocks; ranks share the factors of large ones. Otherwise they solve matrices of type python with the
+surrogate T as preconditioner.
 """
 
 from __future__ import annotations
@@ -34,8 +34,6 @@ class _Counted:
         self.system = system
         self.ksp_iterations = 0
         self.matrix: Array | None = None
-        if not system.matrix_free:
-            self.matrix = system.compliance()
 
     def apply(self, x: Array) -> Array:
         """Return the product S x."""
@@ -58,8 +56,9 @@ class DenseActiveSetSolver(_Counted):
     ) -> None:
         super().__init__(system)
         self._surrogate, self._factors = surrogate, factors or BlockFactors()
-        self.matrix = system.compliance() if self.matrix is None else self.matrix
-        self._dense = np.asfortranarray(self.matrix)
+        self._dense = np.asfortranarray(system.compliance())
+        if system.matrix_free:
+            self.matrix = self._dense  # formed by as many products as it has columns
         self._sum: DenseSolver | None = None
 
     def solve(
