@@ -180,8 +180,6 @@ def check_law(law: Contact | Pair) -> None:
             f"wear_coefficient: wear opens a gap, and {law.normal} parts have none; take normal = "
             f'"unilateral"'
         )
-    if law.interference is not None and law.clearance is not None:
-        raise InputError("clearance: is the opposite of interference; give one of the two")
 
 
 class Contact(Model):

@@ -55,7 +55,9 @@ def published_count(case: Problem) -> int | None:
     if number is None:
         return None
     h, rule, rho = case.mesh.element_size, case.method.rule, case.method.rho
-    if h is None or rule is None or rho is None or case.mesh.graded or case.mesh.resolved_order != 0:
+    if h is None or rule is None or rho is None:
+        return None
+    if case.mesh.graded or case.mesh.resolved_order != 0:
         return None
     # twelve digits: 0.1 and 0.30000000000000004 - 0.2 are one h
     return published_counts().get((number, rule, float(f"{rho:.12g}"), float(f"{h:.12g}")))

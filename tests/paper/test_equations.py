@@ -12,7 +12,7 @@ PACKAGE = Path(petcontact.__file__).parent
 LINES = [
     ("2.9", "contact/law_protocol.py", "sigma + law.project(rho * v - sigma)"),
     ("2.10", "contact/law_protocol.py", "sigma + law.project(rho * v - sigma)"),
-    ("2.11", "contact/methods/projection.py", "law_residual(law, v, sigma, rho)"),
+    ("2.11", "contact/methods/projection.py", "law_residual(recorder.law, v, sigma, rho)"),
     ("3.1", "contact/methods/projection.py", "system.robin(rho, sigma + rho * v - self.omega"),
     ("3.1", "contact/methods/projection.py", "system.robin_increment(rho, -self.omega * residual)"),
     ("4.1", "contact/rho_rules.py", "sigma_change / u_change"),

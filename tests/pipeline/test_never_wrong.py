@@ -35,15 +35,15 @@ def exact(comm):
     [(1e-300, "fixed"), (1e-300, "self-adaptive"), (1e-300, "modified"), (1e3, "modified")],
 )
 def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
-    """Squares of σ_t underflow: all norms were zero, and nothing seemed to change. A ρ that is
-    chosen well converges."""
+    """Squares of σ_t underflow: all norms were zero, and nothing seemed to change. A rule that may
+    change ρ begins anew with another one."""
     method = {"name": "projection", "rule": rule, "rho": rho, "max_iterations": 100}
     solution = solve(example(method), comm=comm)
     error = contact_norm(solution.contact.u_t - exact.u_t, exact.weight) / contact_norm(
         exact.u_t, exact.weight
     )
-    assert solution.converged == (rho == 1e3 and rule != "fixed")
-    assert error < 1e-4 if rho == 1e3 else error > 1.0
+    assert solution.converged == (rule != "fixed")
+    assert error > 1.0 if rule == "fixed" else error < 1e-4
     assert solution.last.history.change[0] > 0.0
 
 

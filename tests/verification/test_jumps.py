@@ -64,7 +64,7 @@ def test_a_shaft_with_a_hot_core_between_planes():
     for name, exact in (
         ("first principal stress on the surface", hoop),
         ("von Mises stress on the surface", max(mises(radial, hoop, along), mises(*inside))),
-        ("force on bottom", np.array([0.0, 100.0 * np.pi])),
+        ("force on bottom", np.array([100.0 * np.pi])),
     ):
         off = np.abs(found[name].value - exact).max()
         assert off <= found[name].error < 0.01 * np.abs(exact).max(), name
