@@ -161,7 +161,7 @@ Normal = Literal["bilateral", "unilateral", "bonded"]
 
 
 def check_law(law: Contact | Pair) -> None:
-    """Refuse friction of bonded parts, wear of parts that have no gap, and an overlap given twice.
+    """Refuse friction of parts that are bonded, and wear of parts that have no gap.
 
     Raises
     ------
