@@ -41,7 +41,8 @@ def known_kind(path: str | Path, wanted: Iterable[str], keys: Iterable[str] = ()
 def like(path: str | Path, suffixes: Iterable[str] = (".toml", ".h5")) -> str:
     """`, did you mean ...?` where a file of a name like that of a missing one stands beside it."""
     wanted, folder = Path(path), Path(path).parent
-    kinds = {wanted.suffix} if wanted.suffix else {*suffixes}
+    alike = difflib.get_close_matches(wanted.suffix, [*suffixes])
+    kinds = {wanted.suffix, *alike} if wanted.suffix else {*suffixes}
     try:
         exists, names = wanted.exists(), os.listdir(folder)
     except (OSError, ValueError):

@@ -102,6 +102,7 @@ def test_a_missing_petsc_is_one_line(folder):
         ("case.toml", "did you mean `petcontact solve case.toml`?"),
         ("run case.toml", "unknown command 'run', did you mean 'solve'?"),
         ("solve case", "did you mean case.toml?"),
+        ("solve case.tml", "did you mean case.toml?"),
         ("solve case.toml -adapt", "-adapt: one dash is PETSc's, did you mean --adapt?"),
         ("solve case.toml --element-size 1", "--set mesh.element_size=VALUE gives it"),
         ("solve case.toml -n 2", "ranks come from MPI: mpiexec -n 2 petcontact solve"),
