@@ -172,13 +172,24 @@ def label(quantity: str, unit: str | None) -> str:
 
 
 def name_what_is_seen(axes: Axes) -> None:
-    """Take the names of markers out of the legend of which none lies within the axes."""
-    for line in axes.lines:
-        inside = axes.viewLim.contains
-        points = line.get_xydata().tolist()
-        marked = line.get_marker() not in ("None", None, "")
-        if marked and points and not any(inside(*point) for point in points):
+    """Take out of the legend the names of lines, markers and areas of whose look none lies within
+    the axes."""
+    view = axes.viewLim
+    for line in [each for each in axes.lines if each.get_transform() == axes.transData]:
+        look = line.get_color(), line.get_linestyle(), line.get_marker()
+        points = [
+            point
+            for each in axes.lines
+            if (each.get_color(), each.get_linestyle(), each.get_marker()) == look
+            for point in each.get_xydata().tolist()
+        ]
+        if points and not any(view.contains(*point) for point in points):
             line.set_label("")
+    for area in axes.patches:
+        shade = area.get_hatch(), area.get_facecolor()
+        alike = [each for each in axes.patches if (each.get_hatch(), each.get_facecolor()) == shade]
+        if not any(view.overlaps(each.get_path().get_extents()) for each in alike):
+            area.set_label("")
 
 
 def legend_below(axes: Axes, columns: int, caption: str = "") -> None:

@@ -85,7 +85,11 @@ TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": 
         ("step", 3, "step: must be an array, got 3; in double brackets, [[step]], each time"),
         ("loads", {"angular_velocity": "30 rpm"}, "30 rpm are 3.141592654"),
         ("units", {"length": "MPa", "stress": "mm"}, "units: length and stress are exchanged"),
-        ("geometry", {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1]}, "upper: needs 3 numbers"),
+        (
+            "geometry",
+            {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1]},
+            "upper: needs 3 numbers",
+        ),
         (
             "step",
             [{"boundary": [{"part": "bottom", "value": [1, 0]}]}],

@@ -29,6 +29,7 @@ from petcontact.results.hdf5 import write_solution
 from petcontact.results.numbers.number import Number
 from petcontact.results.records import ObstacleResult
 from petcontact.results.solution import read_result
+from petcontact.runtime.figure_style import name_what_is_seen
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -136,6 +137,17 @@ def test_a_caption_stands_below_the_legend_and_flat_axes_have_room(plate):
     axes.set(xlim=(0.0, 100.0), ylim=(0.0, 1.0))
     plane_figures.fit_height(figure, axes, beside=1.0, above=1.0)
     assert np.ptp(axes.get_ylim()) * 6.0 / 100.0 == pytest.approx(plane_figures.LOWEST)
+
+
+def test_a_legend_names_what_lies_within_the_axes():
+    axes = Figure().add_subplot()
+    axes.plot([0.0, 1.0], [0.0, 1.0], "--", color="0.5")
+    axes.plot([], [], "--", color="0.5", label="initial")
+    axes.plot([5.0], [5.0], "o", label="roller")
+    axes.fill([4.0, 6.0, 6.0], [4.0, 4.0, 6.0], label="obstacle")
+    axes.set(xlim=(0.0, 2.0), ylim=(0.0, 2.0))
+    name_what_is_seen(axes)
+    assert axes.get_legend_handles_labels()[1] == ["initial"]
 
 
 def test_a_contact_of_one_node_is_shown_with_its_neighbours():

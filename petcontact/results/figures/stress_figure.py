@@ -329,10 +329,17 @@ def _without(solution: SolutionData, picture: Picture) -> str:
         f"{place_of(place.x, size).replace(KEPT, ' ')} ({place.sides})"
         for name in picture.bodies
         for place in _places(solution, picture, name)
+        if picture.window is None or _near(place, picture.window)
     }
     listed, more = sorted(left)[:PLACES], max(0, len(left) - PLACES)
     rest = f" and {more} more place{'s' * (more > 1)}" if more else ""
     return f", away from {', '.join(listed)}{rest} where stress has no bound" if left else ""
+
+
+def _near(place: Place, window: Window) -> bool:
+    """Whether values in a window are left out for a place."""
+    inside = np.clip(place.x, *window)
+    return float(np.linalg.norm(place.x - inside)) < place.distance
 
 
 def _top(solution: SolutionData, picture: Picture, body: str, x: Array, values: Array) -> int:
