@@ -108,7 +108,9 @@ class DenseCompliance(ContactCompliance):
         solver = self._solver = self._solver or DenseSolver(self._comm, "")
         border = self._bordered(solver, rho, r, modes)
         whole = solver.solve(
-            r.ravel() if border is None else np.concatenate([r.ravel(), border.work(work)])
+            r.ravel()
+            if border is None
+            else np.concatenate([r.ravel(), border.work(work) / border.length])
         )
         sigma = whole[: r.size].reshape(r.shape)
         dv = self.apply(sigma)
@@ -130,7 +132,9 @@ class DenseCompliance(ContactCompliance):
         if modes is not None and self._of is not None and self._of[1] is modes:
             border = self._of[2]
         elif modes is not None:
-            border = RigidModeConstraint(modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
+            length = float(np.abs(self.apply(np.ones_like(r))).max())
+            stuck = Linearisation.all_stick(r)
+            border = RigidModeConstraint(modes, stuck, np.zeros_like(r), length)
         rows, first = solver.rows(n if border is None else n + len(border.rhs))
         last = first + len(rows)
         inner = slice(first, min(last, n))
@@ -140,7 +144,7 @@ class DenseCompliance(ContactCompliance):
         rows[np.arange(count), np.arange(inner.start, inner.start + count)] += 1.0
         if border is not None:
             rows[:count, n:] = factors[inner, None] * border.columns[inner]
-            rows[count:, :n] = border.rows[max(first - n, 0) : max(last - n, 0)]
+            rows[count:, :n] = border.rows[max(first - n, 0) : max(last - n, 0)] / border.length
             rows[count:, n:] = 0.0
         solver.factor()
         self._of = factors.copy(), modes, border

@@ -138,6 +138,8 @@ class RigidModeConstraint:
 
     Attributes
     ----------
+    length : float
+        Size of the rows and columns, that of the block's entries [length/stress].
     resisted : (r, q) array
         Combinations of motions that active components resist.
     free : (r, p) array
@@ -147,7 +149,7 @@ class RigidModeConstraint:
     def __init__(
         self, modes: Modes | None, linearised: Linearisation, sigma: Array, scale: float
     ) -> None:
-        self._length = scale or 1.0
+        self.length = scale or 1.0
         if modes is None:
             self.resisted = self.free = np.zeros((0, 0))
             self.columns, self.rhs = np.zeros((int(linearised.active.sum()), 0)), np.zeros(0)
@@ -176,9 +178,9 @@ class RigidModeConstraint:
             self.free = np.column_stack([self.free, basis @ turned[:, ~resisted]])
             basis = basis @ turned[:, resisted]
         self.resisted = basis / size[:, None]
-        self.columns = modes.motion[linearised.active] @ self.resisted * self._length
+        self.columns = modes.motion[linearised.active] @ self.resisted * self.length
         rows = basis.T @ work
-        self._unit = self._length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
+        self._unit = self.length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
         self.rows = self._unit * rows
         self.rhs = self.work(-modes.unbalanced(sigma))
 
@@ -201,7 +203,7 @@ class RigidModeConstraint:
 
     def motion(self, coordinates: Array) -> Array:
         """Return the rigid motions δα of a solution of the bordered system."""
-        return np.asarray(self.resisted @ coordinates * self._length)
+        return np.asarray(self.resisted @ coordinates * self.length)
 
 
 class Surrogate(Protocol):
