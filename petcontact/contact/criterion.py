@@ -109,16 +109,12 @@ def relative_residual(
     system: ContactSystem,
     v: Array,
     sigma: Array,
-    fallback: float = 1.0,
-    scale: float = 0.0,
 ) -> float:
-    """Return ‖R_ρ‖/‖σ‖ with the balanced ρ; it depends neither on the method's ρ nor on units [-].
-
-    `scale` is the largest ‖σ‖ so far. It is the divisor where friction, and with it σ, vanishes.
-    """
-    rho, _, traction = balanced(law, system, v, sigma, fallback)
+    """Return ‖R_ρ‖/‖σ‖ with the balanced ρ; it depends neither on the method's ρ nor on units
+    [-]."""
+    rho, _, traction = balanced(law, system, v, sigma)
     residual = beyond_round_off(system, v, rho, law_residual(law, v, sigma, rho))
-    return over_traction(contact_norm(residual, system.weight), max(traction, scale))
+    return over_traction(contact_norm(residual, system.weight), traction)
 
 
 def beyond_round_off(system: ContactSystem, v: Array, rho: float | Array, residual: Array) -> Array:
@@ -197,8 +193,11 @@ def natural_residuals(
     v: Array,
     sigma: Array,
     pairs: Sequence[slice] = (slice(None),),
+    least: float = 0.0,
 ) -> tuple[float, ...]:
     """Return ‖R_ρ‖/‖σ‖ of each group of components, the largest over pairs [-].
+
+    Smaller ‖σ‖ than `least` count as that.
 
     A pair is a slice of the nodes, with its own σ and balanced ρ. Thus light pressure or stick in
     one pair is judged by itself and not next to the tractions of another. A pair that hardly moves
@@ -210,7 +209,7 @@ def natural_residuals(
     residual = beyond_round_off(system, v, rho, law_residual(law, v, sigma, rho))
     for pair, size in zip(pairs, sizes, strict=True):
         ((_, *left),) = group_norms(system.weight[pair], law.groups, residual[pair])
-        residuals.append([over_traction(group, size) for group in left])
+        residuals.append([over_traction(group, max(size, least)) for group in left])
     return tuple(
         max(column, key=lambda value: (value != value, value))
         for column in zip(*residuals, strict=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -21,6 +22,7 @@ from .criterion import (
     beyond_round_off,
     equilibrium_defect,
     moves,
+    natural_residuals,
     over_traction,
     without_motions,
 )
@@ -45,6 +47,8 @@ class Iteration:
         Called with the state after each iteration. If it returns a reason, the method ends.
     rho : float, optional
         Last ρ of the run from whose end this one starts [stress/length].
+    pairs : sequence of slice
+        The nodes of each pair.
     factors : BlockFactors
         Factors of the last active set of a dense S, for runs on the same S.
     """
@@ -54,6 +58,7 @@ class Iteration:
     start: Start | None = None
     monitor: Monitor | None = None
     rho: float | None = None
+    pairs: Sequence[slice] = (slice(None),)
     factors: BlockFactors = field(default_factory=BlockFactors, repr=False, compare=False)
 
 
@@ -193,6 +198,16 @@ class Recorder:
         judgement = self.judged(v, sigma)
         left = beyond_round_off(self.system, v, judgement.rho, judgement.residual)
         return over_traction(contact_norm(left, self.system.weight), judgement.traction)
+
+    def missed(self, v: Array, sigma: Array) -> float:
+        """Return the largest residual of the law over pairs and groups, by which results are
+        judged.
+
+        Tractions below the tolerance of the largest ones so far count as that: they may vanish.
+        """
+        iteration = self.iteration
+        least = iteration.criterion.tolerance * self.largest
+        return max(natural_residuals(self.law, self.system, v, sigma, iteration.pairs, least))
 
     def within_limits(
         self, v: Array, sigma: Array, rho: float | Array, tolerance: float

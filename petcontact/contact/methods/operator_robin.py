@@ -20,7 +20,6 @@ from ..active_set.solvers import (
     SurrogateActiveSetSolver,
     active_set_solver,
 )
-from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
@@ -80,7 +79,7 @@ class OperatorRobin:
                 change, _ = recorder.step(
                     old, v, sigma, dv, dsigma, ksp_iterations=solver.ksp_iterations
                 )
-                relative = relative_residual(law, system, v, sigma, scale=recorder.largest)
+                relative = recorder.missed(v, sigma)
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 rho = recorder.balanced(v, sigma)
                 state = recorder.report(v, sigma, rho, reason)

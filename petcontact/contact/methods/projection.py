@@ -9,7 +9,7 @@ from ...errors import SolverError
 from ...given.tables.solver_options import Method
 from ...record import record
 from ...runtime.ranks import answered
-from ..criterion import relative_residual, smooth_balance
+from ..criterion import smooth_balance
 from ..iteration import Iteration, Recorder
 from ..law_protocol import ContactLaw, bound_excess, law_residual
 from ..rho_rules import Rule, begun, make_rule
@@ -136,7 +136,7 @@ def _settled(recorder: Recorder, state: ContactState, change: float) -> ContactS
     """Return the end of a run whose last change meets the criterion, or None."""
     criterion, relative = recorder.iteration.criterion, np.inf
     if criterion.stop == "residual" or change <= criterion.tolerance:
-        relative = _relative(recorder, state)
+        relative = recorder.missed(state.v, state.sigma)
     if not criterion.met(change, relative):
         return None
     reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
@@ -145,7 +145,7 @@ def _settled(recorder: Recorder, state: ContactState, change: float) -> ContactS
 
 def _unfinished(recorder: Recorder, state: ContactState) -> ContactState:
     """Return the end of a run that has no iteration left."""
-    iteration, relative = recorder.iteration, _relative(recorder, state)
+    iteration, relative = recorder.iteration, recorder.missed(state.v, state.sigma)
     state.reason = (
         f"max_iterations = {iteration.max_iterations} reached with change "
         f"{recorder.history.change[-1]:.1e}, relative friction residual {relative:.1e}, "
@@ -153,13 +153,6 @@ def _unfinished(recorder: Recorder, state: ContactState) -> ContactState:
         f"{iteration.criterion.tolerance:g}"
     )
     return state
-
-
-def _relative(recorder: Recorder, state: ContactState) -> float:
-    rho = float(np.max(state.rho))
-    return relative_residual(
-        recorder.law, recorder.system, state.v, state.sigma, rho, recorder.largest
-    )
 
 
 def _stalled(changes: list[float], patience: int) -> bool:

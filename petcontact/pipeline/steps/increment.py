@@ -392,6 +392,7 @@ class Increment:
             start,
             keep,
             self.before.rho,
+            self.problem.system.slices,
             self.problem.block_factors,
         )
         try:
