@@ -45,6 +45,19 @@ def test_a_config_of_more_than_64_kb(solution, tmp_path):
     assert read_result(tmp_path / "r.h5").problem == many
 
 
+def test_a_law_that_names_no_bounds(tmp_path):
+    class Bare:
+        def __init__(self, law):
+            self.k, self.groups, self.project = law.k, law.groups, law.project
+            self.linearise, self.states = law.linearise, law.states
+
+    problem = example(1, mesh=MeshOptions(element_size=0.5))
+    bare = solve(problem, law=lambda nodes: Bare(nodes.law))
+    write_solution(tmp_path / "r.h5", bare)
+    again = read_result(tmp_path / "r.h5")
+    assert np.isnan(again.pairs["bottom"].bound).all() and again.verdict() == bare.verdict()
+
+
 def test_truncated_and_foreign_files_are_refused(path):
     whole = path.read_bytes()
     for fraction in (0.0, 0.5, 0.999):
