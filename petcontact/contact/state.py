@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array, States
+from .friction_law import lengths
 from .law_protocol import ContactLaw
 
 COLUMNS = ("rho", "w", "change", "residual", "ksp_iterations")
@@ -112,6 +113,15 @@ class ContactState:
         """0 stick, 1 slip, 2 open, (m,)."""
         assert self.law is not None
         return self.law.states(self.rho * self.v - self.sigma)
+
+    def states_from(self, states: States, sigma: Array, slip: Array, share: float) -> States:
+        """Return the states (m,) after a solution with others, whose tractions (m, k) and slip
+        (m, d-1) are known to a share of the largest. What carries the same and has not slipped
+        keeps its state: at the bound of friction round-off alone would tell slip from stick."""
+        slid = lengths(self.v[:, : slip.shape[1]])
+        same = lengths(self.sigma - sigma) <= share * np.abs(sigma).max(initial=0.0)
+        same &= sigma.any(axis=1) & (slid <= share * np.abs(slip).max(initial=0.0))
+        return np.where(same, states, self.states)
 
     @property
     def counts(self) -> dict[str, int]:

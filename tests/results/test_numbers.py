@@ -11,7 +11,7 @@ from marks import slow
 from printed_numbers import compared
 from random_bodies import random_case, random_contact
 from random_revolution import random_revolution
-from shapes import closing, moved, problem, rectangle, solid
+from shapes import closing, drawn, moved, problem, rectangle, solid
 
 from petcontact import MeshOptions, Rectangle, adapt, load, solve
 from petcontact.contact.law_protocol import SLIP
@@ -64,6 +64,22 @@ def test_radial_tractions_are_no_force_and_a_pressure_beside_ends_is_told():
     force = of(solution, "force")
     assert force.value.shape == (1,) and force.size + force.error < 1e-9 * force.scale
     assert "largest p away from corners 90 +- 2 MPa" in solution.verdict()
+
+
+def test_a_step_that_changes_nothing_keeps_numbers_and_their_errors():
+    """A block that slips at its corner waits. Round-off does not tell what slips, nor the slip of
+    the wait where it ends. Only the energy of the wait is nothing."""
+    sides = closing("bottom", normal="unilateral", friction_coefficient=0.3), drawn("left", [0, 0])
+    sides += drawn("right", [0, 0]), drawn("top", [1e-4, -1e-3])
+    body = solid("block", rectangle([-1, 0], [1, 1]), *sides)
+    solution = solve(problem(body=[body], step=[{"name": "push"}, {"name": "wait"}]))
+    push, wait = ({n.name: n for n in solution.numbers if n.step == k} for k in (1, 2))
+    assert 0.0 < push["slipping"].error < 0.05 * push["slipping"].size
+    for name in {"force", "contact area", "slipping", "largest slip"}:
+        known = push[name].error
+        assert wait[name].value == pytest.approx(push[name].value, rel=1e-9)
+        assert wait[name].error == pytest.approx(known, rel=1e-6, abs=1e-9 * push[name].size)
+    assert wait[ENERGY].size == 0.0 < push[ENERGY].size
 
 
 def test_a_maximum_is_that_of_the_function_between_nodes():

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...arrays import Array, Mask
+from ...arrays import Array, Mask, States
 from ...compliance.interface import Interface
 from ...compliance.reduced_bodies import BodiesSystem
 from ...contact.active_set.block_factors import BlockFactors
 from ...contact.criterion import Criterion, displaced_by
 from ...contact.iteration import ContactMethod, Iteration
-from ...contact.law_protocol import ContactLaw
+from ...contact.law_protocol import OPEN, ContactLaw
 from ...contact.methods.starts import stuck_everywhere
 from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
@@ -23,10 +23,11 @@ from ...geometry.rotation import Motions
 from ...given.interface_data import Law, PosedInterface
 from ...given.posed import HOLD, WHOLE_LOAD, Obstacle, Step
 from ...results.records import shares_of_states, weights_of
-from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
+from ...round_off import CHAINED, ROUNDED, SUMMED, WRITTEN, of_vectors
 from ...runtime.ranks import agreed_reason
 from ...untyped import Comm
 from ..judge.between_nodes import Sampling, places_between
+from ..judge.increments import BLOCKS
 from ..pose.discretise import Discrete
 from .traction_errors import TractionErrors, traction_errors
 
@@ -107,6 +108,8 @@ class IncrementState:
         σ [stress].
     worn : (M,) array
         Worn depth of both sides together [length].
+    states : (M,) array
+        0 stick, 1 slip, 2 open.
     trend : pair of (M, k) arrays, optional
         Change of v and σ over the change of the load factor; of v only the normal component is not
         zero.
@@ -121,6 +124,7 @@ class IncrementState:
     loads: Array
     sigma: Array
     worn: Array
+    states: States
     trend: Start | None = None
     rho: float | None = None
 
@@ -255,6 +259,7 @@ class PreparedProblem:
             still.copy(),
             np.zeros((system.size, system.k)),
             np.zeros(system.size),
+            np.full(system.size, OPEN, np.int8),
         )
 
     def close(self) -> None:
@@ -463,6 +468,12 @@ class Increment:
             loads,
             outcome.sigma,
             worn,
+            outcome.states_from(
+                before.states,
+                before.sigma,
+                before.slip,
+                max([WRITTEN, *(BLOCKS * body.tolerance for body in system.bodies)]),
+            ),
             trend,
             float(np.max(outcome.rho)),
         )

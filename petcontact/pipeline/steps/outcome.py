@@ -297,7 +297,7 @@ def _pair(
     problem, system = increment.problem, increment.problem.system
     where, face, d = system.slices[number], system.interfaces[number], system.components
     (x, weight, arc_length), side = problem.contact_nodes[number], problem.discrete.sides[number]
-    sigma, v, states = outcome.sigma[where], outcome.v[where], outcome.states[where]
+    sigma, v, states = outcome.sigma[where], outcome.v[where], after.states[where]
     sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
     if face.held:
         sigma_n, open_by = np.einsum("mc,mc->m", traction, face.across), np.zeros(len(x))

@@ -299,6 +299,7 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         loads,
         sigma,
         np.concatenate(worn),
+        np.concatenate([pair.state for pair in pairs]),
     )
 
 

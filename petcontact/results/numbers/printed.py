@@ -16,7 +16,7 @@ from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import replace
-from ...round_off import EPS, SINGLE, SOLVED, first_largest
+from ...round_off import EPS, SINGLE, SOLVED, WRITTEN, first_largest
 from ..contact_zones import areas, between_nodes, hidden_slip
 from ..evaluated import NOWHERE, Evaluated
 from ..records import PairResult, StepResult
@@ -136,7 +136,19 @@ class _OfStep:
             (1.0 - materials[each].plane_strain_ratio) / materials[each].shear_modulus
             for each in owners
         )
-        return solution.meshes[body], solution.nodes[name], self._step.pairs[name], compliance
+        return solution.meshes[body], solution.nodes[name], self._moving(name), compliance
+
+    def _moving(self, name: str) -> PairResult:
+        """Return the result of a pair with the slip of the last increment in which it slipped: a
+        step that moves nothing has the edges of stick of the one before."""
+        pair = self._step.pairs[name]
+        least = WRITTEN * float(np.abs(pair.slip).max(initial=0.0))
+        if np.abs(pair.slip_increment).max(initial=0.0) > least:
+            return pair
+        before = itertools.takewhile(lambda each: each is not self._step, self._solution.steps)
+        slid = (each.pairs[name].slip_increment for each in reversed(list(before)))
+        moved = next((each for each in slid if np.abs(each).max(initial=0.0) > least), None)
+        return pair if moved is None else replace(pair, slip_increment=moved)
 
     def _singular(self, of: str) -> list[int]:
         """Return the elements of a secondary at places where stress has no bound."""
