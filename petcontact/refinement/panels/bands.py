@@ -12,12 +12,11 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...geometry.charts import Chart
-from ...geometry.round_surfaces import GRID
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
 from .forecast import WIDER, from_end
 from .hanging import closed
-from .rings import CORE, SHRINK
+from .rings import CORE, SHRINK, cells_of, twice_as_fine
 from .tiles import tiles
 from .zone import ContactBand
 
@@ -98,20 +97,18 @@ def _laid(chart: Chart, band: ContactBand, level: int) -> tuple[Array, Index] | 
     """Return the panels (n, 9, 2) of a chart, and their orders."""
     shares = _across(level)
     s = _along(band, level, chart)
-    half = _twice_as_fine(band.lines_at(s, LEAST))
-    xi, s = _twice_as_fine(shares), _twice_as_fine(s)
+    half = twice_as_fine(band.lines_at(s, LEAST))
+    xi, s = twice_as_fine(shares), twice_as_fine(s)
     points, across = band.at(s)
     grid = points + (xi[:, None, None] * half[:, None]) * across
     outside = np.any((grid < chart.low - _slack(chart)) | (grid > chart.high + _slack(chart)))
     if outside or not band.straight:
         return None
-    cells = [_cells(grid)]
-    orders = [np.full(len(cells[0]), 2)]
     width = float((shares[-1] - shares[-2]) * band.widest)
-    frames = _frames(chart, band, grid[::2, ::2], width)
+    panels = [(cells_of(grid), 2), *_frames(chart, band, grid[::2, ::2], width)]
     return (
-        np.concatenate([*cells, *(frame for frame, _ in frames)]),
-        np.concatenate([*orders, *(np.full(len(frame), order) for frame, order in frames)]),
+        np.concatenate([cells for cells, _ in panels]),
+        np.concatenate([np.full(len(cells), order) for cells, order in panels]),
     )
 
 
@@ -189,20 +186,6 @@ def _missed(band: ContactBand, a: float, b: float) -> float:
     basis = np.linalg.qr(np.vander(t, 3) * np.sqrt(w)[:, None])[0]
     values = band.load_at(0.5 * (a + b) + 0.5 * (b - a) * t) * np.sqrt(0.5 * (b - a) * w)
     return float(np.linalg.norm(values - basis @ (basis.T @ values)))
-
-
-def _twice_as_fine(values: Array) -> Array:
-    """Return values with their means between them."""
-    result = np.repeat(values, 2)[:-1]
-    result[1::2] = 0.5 * (values[1:] + values[:-1])
-    return result
-
-
-def _cells(grid: Array) -> Array:
-    """Return the panels (n, 9, 2) of a grid (2i + 1, 2j + 1, 2)."""
-    i, j = grid.shape[0] - 1, grid.shape[1] - 1
-    nine = [grid[a : a + i : 2, b : b + j : 2] for a, b in GRID]
-    return np.asarray(np.stack(nine, axis=2).reshape(-1, 9, 2))
 
 
 def _nine(corners: Array) -> Array:

@@ -79,7 +79,31 @@ def patches_of(
     sector : float
         About the angle of a panel [rad].
     """
-    return _panels_around(surface, mesh, first, part, zone, sector)
+    # other panels of a curved face are cut until none is longer than its distance from the centre
+    number = mesh.part_names.index(part)
+    panels = _joined(
+        mesh.reordered(np.flatnonzero(mesh.part != number)),
+        first.reordered(first.elements_of(part)),
+    )
+    for _ in range(16):
+        on_part = np.flatnonzero(panels.part == number)
+        away = np.full(panels.n_elements, np.inf)
+        away[on_part] = _distance(zone, panels, on_part)
+        if np.count_nonzero(away < AROUND[0]) > MOST_PIECES:
+            return
+        for near in (away < limit for limit in AROUND):
+            if _rim(zone, panels, np.flatnonzero(near), sector) is not None:
+                graded, near = _graded(panels, near, number, zone.centre, surface)
+                rim = _rim(zone, graded, np.flatnonzero(near), sector)
+                rest = graded.reordered(np.flatnonzero(~near))
+                if rim is not None:
+                    yield Patch(
+                        rest,
+                        number,
+                        *rim,
+                        lambda x: surface.onto(np.full(len(x), number), x[:, None])[:, 0],
+                    )
+        panels = cut(panels, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
 
 
 @patches_of.register
@@ -110,8 +134,7 @@ def _rectangle(
         result[..., uv] = points
         return result
 
-    around = np.full((len(cells := _rectangles_around(face, patch, centre)), 4, 3), low[axis])
-    around[..., uv] = _corners(cells)
+    around = placed(_corners(_rectangles_around(face, patch, centre)))
     corners = np.concatenate([mesh.corners[~on_face], around])
     rest = SurfaceMesh(
         corners,
@@ -192,44 +215,6 @@ def _rectangles_around(face: Array, patch: Array, centre: Array) -> Array:
             half[end, k] = middle[k]
             cells.append(half)
     return np.array(result).reshape(-1, 2, 2)
-
-
-def _panels_around(
-    surface: Boundary,
-    mesh: SurfaceMesh,
-    first: SurfaceMesh,
-    part: str,
-    zone: ContactEllipse,
-    sector: float,
-) -> Iterator[Patch]:
-    """Yield patches of curved panels around the zone, cut until they have a good rim.
-
-    The other panels of the face are cut until none is longer than its distance from the centre.
-    """
-    number = mesh.part_names.index(part)
-    panels = _joined(
-        mesh.reordered(np.flatnonzero(mesh.part != number)),
-        first.reordered(first.elements_of(part)),
-    )
-    for _ in range(16):
-        on_part = np.flatnonzero(panels.part == number)
-        away = np.full(panels.n_elements, np.inf)
-        away[on_part] = _distance(zone, panels, on_part)
-        if np.count_nonzero(away < AROUND[0]) > MOST_PIECES:
-            return
-        for near in (away < limit for limit in AROUND):
-            if _rim(zone, panels, np.flatnonzero(near), sector) is not None:
-                graded, near = _graded(panels, near, number, zone.centre, surface)
-                rim = _rim(zone, graded, np.flatnonzero(near), sector)
-                rest = graded.reordered(np.flatnonzero(~near))
-                if rim is not None:
-                    yield Patch(
-                        rest,
-                        number,
-                        *rim,
-                        lambda x: surface.onto(np.full(len(x), number), x[:, None])[:, 0],
-                    )
-        panels = cut(panels, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
 
 
 def _joined(first: SurfaceMesh, second: SurfaceMesh) -> SurfaceMesh:

@@ -65,8 +65,7 @@ def ringed(
         radius = float(np.linalg.norm(stick.axes) / np.linalg.norm(zone.axes))
     lines, orders = _inside(zone.local(patch.rim), patch.counts, rings, middle, radius)
     core = _filled(lines[0], *patch.counts)
-    both = np.repeat(lines, 2, axis=0)[:-1]
-    both[1::2] = 0.5 * (lines[1:] + lines[:-1])
+    both = twice_as_fine(lines)
     points = _lifted(patch, zone, np.concatenate([core.reshape(-1, 2), both.reshape(-1, 2)]))
     if points is None:
         return None
@@ -79,7 +78,7 @@ def ringed(
     )
     around = np.concatenate([inside, outside])
     around = np.append(around, around[:, :1], axis=1)
-    grids = [_cells(filled), *(_cells(around[k : k + 3]) for k in range(0, len(around) - 1, 2))]
+    grids = [cells_of(filled), *(cells_of(around[k : k + 3]) for k in range(0, len(around) - 1, 2))]
     orders = [2, *orders, *(len(grids) - len(orders) - 1) * [1]]
     new = np.concatenate(grids)
     if not np.all(QuadraticCells(new).distortion < DISTORTED):
@@ -149,8 +148,7 @@ def _widths(lines: Array, reach: Array) -> Array:
 
 def _outside(patch: Patch, edge: Array, share: Array) -> Array:
     """Return lines (2n, 2s, 3) from the edge (2s, 3) to the rim, with lines half-way between."""
-    shares = np.repeat(share, 2)[1:-2]
-    shares[::2] = 0.5 * (share[1:] + share[:-1])
+    shares = twice_as_fine(share)[1:-1]
     between = edge + shares[:, None, None] * (patch.rim - edge)
     return np.append(
         patch.onto(between.reshape(-1, 3)).reshape(between.shape), patch.rim[None], axis=0
@@ -197,7 +195,14 @@ def _filled(rim: Array, *count: int) -> Array:
     )
 
 
-def _cells(grid: Array) -> Array:
+def twice_as_fine(values: Array) -> Array:
+    """Return values (n, ...) with the means of neighbours between them, (2n - 1, ...)."""
+    result = np.repeat(values, 2, axis=0)[:-1]
+    result[1::2] = 0.5 * (values[1:] + values[:-1])
+    return result
+
+
+def cells_of(grid: Array) -> Array:
     """Return the panels (n, 9, d) of a grid (2 i + 1, 2 j + 1, d)."""
     i, j = grid.shape[0] - 1, grid.shape[1] - 1
     points = np.stack([grid[a : a + i : 2, b : b + j : 2] for a, b in GRID], axis=2)
