@@ -5,7 +5,7 @@ A side on which smaller panels hang does not follow the exact surface, and a mes
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +30,7 @@ from .findings import limit_of, new_finding
 
 def missed_curves(
     discrete: Discrete, solution: Solution, first: Mapping[str, BoundaryMesh], accuracy: float
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Find panels in contact that miss their curved faces by a large share of the gap that contact
     closes.
 
@@ -45,7 +45,6 @@ def missed_curves(
     accuracy : float
         The accepted share, which is about the relative error of p.
     """
-    findings = []
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         closed = np.any(
             [step.pairs[interface.name].state != OPEN for step in solution.steps], axis=0
@@ -58,15 +57,15 @@ def missed_curves(
                 continue
             height = _height(first[body.name], part, closed_points)
             if height > accuracy * approach:
-                text = (
+                yield new_finding(
+                    "meshes",
                     f"finer panels lie on those of the first mesh of {body.name!r}, which miss its "
                     f"curved faces by about {height:.2g}, next to {approach:.2g} that contact "
-                    "closes: p is as rough, which the estimate does not see"
+                    "closes: p is as rough, which the estimate does not see",
+                    f"pair {interface.name!r}",
+                    advice="begin with a smaller mesh.element_size, or a finer file",
+                    measured=height,
                 )
-                advice = "begin with a smaller mesh.element_size, or a finer file"
-                where = f"pair {interface.name!r}"
-                findings.append(new_finding("meshes", text, where, advice=advice, measured=height))
-    return findings
 
 
 def _height(mesh: BoundaryMesh, part: str, points: Array) -> float:

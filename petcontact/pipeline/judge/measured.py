@@ -28,13 +28,14 @@ def followed_noise(
     for side, what, noise_at in _measured(sides, boundaries):
         noise = noise_at(np.zeros(boundaries[side.body].dim), 0.0)
         if noise.share > limit_of("noise"):
-            text = (
+            yield new_finding(
+                "noise",
                 f"the points of {what} have a noise of about {noise.largest:.1g}, which their "
-                "spline follows"
+                "spline follows",
+                f"pair {side.name!r}",
+                advice=f"give smooth = {2.0 * noise.largest:.1g}",
+                measured=noise.share,
             )
-            advice = f"give smooth = {2.0 * noise.largest:.1g}"
-            where = f"pair {side.name!r}"
-            yield new_finding("noise", text, where, advice=advice, measured=noise.share)
 
 
 def spread_by_noise(
@@ -55,14 +56,15 @@ def spread_by_noise(
         most = int(np.argmax(pair.pressure))
         noise = noise_at(pair.x[most], _half_width(pair, most))
         if (change := 0.5 * noise.spread) > limit_of("spread"):
-            text = (
+            yield new_finding(
+                "spread",
                 f"the points of {what} have a noise of about {noise.largest:.1g}: the curvature "
                 f"at {shown(pair.x[most], 3)} is known to {noise.spread:.1g} of it, and the "
-                f"largest pressure to {change:.1%}"
+                f"largest pressure to {change:.1%}",
+                f"pair {side.name!r}",
+                advice=f"compare with smooth = {2.0 * noise.largest:.1g} and more, or measure more",
+                measured=change,
             )
-            advice = f"compare with smooth = {2.0 * noise.largest:.1g} and more, or measure more"
-            where = f"pair {side.name!r}"
-            yield new_finding("spread", text, where, advice=advice, measured=change)
 
 
 def _measured(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -49,18 +49,17 @@ def check_meshes(
     meshes: Sequence[BoundaryMesh],
     boundaries: Sequence[Boundary],
     adapted: bool,
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Find elements that are large next to the thickness of the body behind them, and distorted
     ones.
 
     Elements that were adapted on an exactly known surface are not checked for distortion. A body is
     refused if elements that cannot solve bending are more than a tenth of its boundary.
     """
-    findings = []
     for body, mesh, boundary in zip(posed.bodies, meshes, boundaries, strict=True):
         name = body.name
         if not adapted or boundary.meshed:
-            findings += _distorted(name, mesh)
+            yield from _distorted(name, mesh)
         ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
         largest, over = float(ratio.max(initial=0.0)), ratio > LARGEST
         text = (
@@ -71,23 +70,20 @@ def check_meshes(
             size = float((area[over] ** (1.0 / (mesh.dim - 1)) / ratio[over]).min())
             # the program cannot change the panels of a file
             how = "mesh the file anew with cells" if boundary.meshed else "choose an element_size"
-            findings.append(
-                new_finding(
-                    "thickness",
-                    f"{text}, at most {LARGEST:g} is solved",
-                    "mesh",
-                    advice=f"{how} of about {size:.3g} there",
-                    measured=largest,
-                    limit=LARGEST,
-                )
+            yield new_finding(
+                "thickness",
+                f"{text}, at most {LARGEST:g} is solved",
+                "mesh",
+                advice=f"{how} of about {size:.3g} there",
+                measured=largest,
+                limit=LARGEST,
             )
         elif area[ratio > stiff_size(mesh.order)].sum() > SHARE * area.sum():
             text += ": bending comes out wrong"
-            findings.append(new_finding("bending", text, "mesh", measured=largest))
-    return findings
+            yield new_finding("bending", text, "mesh", measured=largest)
 
 
-def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
+def _distorted(name: str, mesh: BoundaryMesh) -> Iterator[Finding]:
     """Find curved elements whose area factor varies too much, and name the worst one."""
     curved = [
         batch.elements for batch in mesh.batches() if isinstance(batch.elements, CurvedPanels)
@@ -106,41 +102,44 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
     )
     over = np.count_nonzero(ratio > limit_of("distortion"))
     if not over:
-        return []
+        return
     worst = int(ratio.argmax())
     index = np.concatenate([panels.index for panels in curved])[worst]
     centre = np.concatenate([panels.chord.centre for panels in curved])[worst]
     point = ", ".join(f"{c:.4g}" for c in centre)
-    text = (
-        f"the area factor of {over} curved element{'s' if over > 1 else ''} of {the_body(name)} "
-        f"varies by more than {limit_of('distortion'):g} within the element, most by "
-        f"{ratio[worst]:.3g} in element {int(index)} at ({point}); its integrals keep fewer digits"
+    yield new_finding(
+        "distortion",
+        f"the area factor of {over} curved element{'s' if over > 1 else ''} of "
+        f"{the_body(name)} varies by more than {limit_of('distortion'):g} within the element, "
+        f"most by {ratio[worst]:.3g} in element {int(index)} at ({point}); its integrals keep "
+        "fewer digits",
+        "mesh",
+        measured=float(ratio[worst]),
     )
-    return [new_finding("distortion", text, "mesh", measured=float(ratio[worst]))]
 
 
-def check_stiffness(posed: Posed) -> list[Finding]:
+def check_stiffness(posed: Posed) -> Iterator[Finding]:
     """Find bodies whose displacements lose digits, since the Young's moduli differ too much."""
     names = [body.name for body in posed.bodies]
     moduli = [body.material.young_modulus for body in posed.bodies]
     soft, stiff = int(np.argmin(moduli)), int(np.argmax(moduli))
-    if moduli[stiff] <= limit_of("stiffness") * moduli[soft]:
-        return []
-    ratio = moduli[stiff] / moduli[soft]
-    text = (
-        f"body {names[stiff]!r} is {ratio:.1e} times as stiff as body {names[soft]!r}, at most "
-        f"{limit_of('stiffness'):.0e} is solved"
-    )
-    advice = "make it a rigid [[obstacle]], or leave out the soft one"
-    return [new_finding("stiffness", text, advice=advice, measured=ratio)]
+    if moduli[stiff] > limit_of("stiffness") * moduli[soft]:
+        ratio = moduli[stiff] / moduli[soft]
+        yield new_finding(
+            "stiffness",
+            f"body {names[stiff]!r} is {ratio:.1e} times as stiff as body {names[soft]!r}, at most "
+            f"{limit_of('stiffness'):.0e} is solved",
+            advice="make it a rigid [[obstacle]], or leave out the soft one",
+            measured=ratio,
+        )
 
 
 def check_distances(
     interfaces: Sequence[PosedInterface], boundaries: Sequence[Boundary], distances: Sequence[float]
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Find interfaces with large initial gaps or overlaps; an overlap of a whole body is
     refused."""
-    findings, least = [], dict[str, float]()
+    least = dict[str, float]()
     for posed, distance in zip(interfaces, distances, strict=True):
         least[posed.group] = min(least.get(posed.group, np.inf), distance)
     for posed, distance in zip(interfaces, distances, strict=True):
@@ -151,10 +150,10 @@ def check_distances(
         if np.isfinite(distance) and abs(distance) > limit_of(kind) * size:
             far = distance > 0.0
             how = f"lies {distance:.3g} apart" if far else f"overlaps by {-distance:.3g}"
-            text = (
+            yield new_finding(
+                kind,
                 f"pair {posed.name!r} {how}, {abs(distance) / size:.0%} of the size of a body, far "
-                "for the theory of small displacements"
+                "for the theory of small displacements",
+                advice="check where the bodies lie, gaps, and radii",
+                measured=abs(distance) / size,
             )
-            advice = "check where the bodies lie, gaps, and radii"
-            findings.append(new_finding(kind, text, advice=advice, measured=abs(distance) / size))
-    return findings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -49,23 +50,23 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
     return list({str(finding): finding for finding in findings}.values())
 
 
-def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding]:
+def _unlike(problem: PreparedProblem, results: list[StepResult]) -> Iterator[Finding]:
     """Find interfaces whose two sides differ in force or in shape.
 
     The difference in shape is the `sag` of their faces. It is compared with the gap that contact
     closes.
     """
-    findings = []
     for interface in problem.discrete.interfaces:
         pairs = [result.pairs[interface.name] for result in results]
         left = max((pair.imbalance for pair in pairs), default=0.0)
         if left > limit_of("moments"):
-            text = (
+            yield new_finding(
+                "moments",
                 f"the moments on its two sides differ by {left:.1e} of all that acts there: "
-                "friction across a gap or an overlap that is not small next to the face"
+                "friction across a gap or an overlap that is not small next to the face",
+                f"pair {interface.name!r}",
+                measured=left,
             )
-            where = f"pair {interface.name!r}"
-            findings.append(new_finding("moments", text, where, measured=left))
         closed = [
             float(np.abs(interface.gap[pair.state != OPEN]).max(initial=0.0)) for pair in pairs
         ]
@@ -74,27 +75,24 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
         near = interface.gap <= approach
         sag = 0.0 if interface.sag is None else float(interface.sag[near].max(initial=0.0))
         if sag > limit_of("sag") * approach:
-            text = (
+            yield new_finding(
+                "sag",
                 f"its elements miss the curved faces that they stand for by up to {sag:.2g}, next "
-                f"to {approach:.2g} that contact closes or leaves open: p is as rough"
+                f"to {approach:.2g} that contact closes or leaves open: p is as rough",
+                f"pair {interface.name!r}",
+                advice="use smaller elements, or give the gap as an expression",
+                measured=sag,
+                limit=limit_of("sag") * approach,
             )
-            where = f"pair {interface.name!r}"
-            advice = "use smaller elements, or give the gap as an expression"
-            limit = limit_of("sag") * approach
-            findings.append(
-                new_finding("sag", text, where, advice=advice, measured=sag, limit=limit)
-            )
-    return findings
 
 
-def _oblique(discrete: Discrete, results: list[StepResult]) -> list[Finding]:
+def _oblique(discrete: Discrete, results: list[StepResult]) -> Iterator[Finding]:
     """Find contacts that act along a direction far off the normals of both sides.
 
     A pressure p along a direction at an angle θ to the normals is p sin θ along the surfaces, which
     no friction law knows. It is measured by its L2 norm over that of p. In a pin in a hole, 42, 26
     and 14 % made p 11, 2.7 and 1 % smaller, and 42 % the von Mises stress 57 % larger.
     """
-    findings = []
     for posed, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         if posed.direction is None or not results:
             continue
@@ -105,15 +103,15 @@ def _oblique(discrete: Discrete, results: list[StepResult]) -> list[Finding]:
         share = contact_norm(along, pair.weight) / (contact_norm(pressure, pair.weight) or 1.0)
         if share > limit_of("oblique"):
             largest = math.asin(min(float(sine[pair.state != OPEN].max()), 1.0))
-            text = (
-                f"its direction is up to {math.degrees(largest):.0f} degrees off the normals where "
-                f"it acts: {share:.0%} of the pressure acts along the surfaces, where stress is "
-                "about as far off"
+            yield new_finding(
+                "oblique",
+                f"its direction is up to {math.degrees(largest):.0f} degrees off the normals "
+                f"where it acts: {share:.0%} of the pressure acts along the surfaces, where "
+                "stress is about as far off",
+                f"pair {posed.name!r}",
+                advice="leave direction out, so that contact acts along normals",
+                measured=share,
             )
-            advice = "leave direction out, so that contact acts along normals"
-            where = f"pair {posed.name!r}"
-            findings.append(new_finding("oblique", text, where, advice=advice, measured=share))
-    return findings
 
 
 def _sines_off(discrete: Discrete, direction: Array, interface: Interface) -> Array:
@@ -140,29 +138,29 @@ def _sines_off(discrete: Discrete, direction: Array, interface: Interface) -> Ar
     return np.asarray(np.minimum(*sines))
 
 
-def _ignored(problem: PreparedProblem) -> list[Finding]:
+def _ignored(problem: PreparedProblem) -> Iterator[Finding]:
     """Find obstacles without contact, and obstacle loads on components whose motion is given."""
-    discrete, kind, findings = problem.discrete, problem.system.motions, []
+    discrete, kind = problem.discrete, problem.system.motions
     for k, obstacle in enumerate(discrete.posed.obstacles):
         if all(side.obstacle != k for side in discrete.sides):
-            text = f"obstacle {obstacle.name!r} is in no contact"
-            findings.append(new_finding("ignored load", text))
+            yield new_finding("ignored load", f"obstacle {obstacle.name!r} is in no contact")
         if any(
             load and motion not in ("free", HOLD)
             for o in (end[k] for end in discrete.posed.obstacles_at)
             for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
         ):
-            text = "a force or moment on a component whose motion is given does nothing"
-            findings.append(new_finding("ignored load", text, f"obstacle {obstacle.name!r}"))
-    return findings
+            yield new_finding(
+                "ignored load",
+                "a force or moment on a component whose motion is given does nothing",
+                f"obstacle {obstacle.name!r}",
+            )
 
 
-def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding]:
+def _jammed(problem: PreparedProblem, results: list[StepResult]) -> Iterator[Finding]:
     """Find interfaces that stay pressed after a step that took all loads away.
 
     An overlap of bodies and a preload count as loads.
     """
-    findings = []
     for number in _unloaded(problem):
         ends = [r for r in results if r.step == number and r.ends]
         for name in ends[0].pairs if ends else ():
@@ -170,14 +168,14 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
                 float(r.pairs[name].pressure.max(initial=0.0)) for r in (ends[0], *results)
             )
             if left > limit_of("jam") * max(pressed):
-                text = (
-                    f"pressure stays after step {problem.steps[number - 1].name!r} took all loads "
-                    "away: it jams, and what stays depends on the path"
+                yield new_finding(
+                    "jam",
+                    f"pressure stays after step {problem.steps[number - 1].name!r} took all "
+                    "loads away: it jams, and what stays depends on the path",
+                    f"pair {name!r}",
+                    advice="unload in several increments",
+                    measured=left,
                 )
-                advice = "unload in several increments"
-                where = f"pair {name!r}"
-                findings.append(new_finding("jam", text, where, advice=advice, measured=left))
-    return findings
 
 
 def _unloaded(problem: PreparedProblem) -> list[int]:
@@ -227,17 +225,20 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
     )
 
 
-def _open(results: list[StepResult]) -> list[Finding]:
+def _open(results: list[StepResult]) -> Iterator[Finding]:
     """Find that no increment has contact anywhere."""
     pairs = results[-1].pairs if results else {}
     if not pairs or any((p.state != OPEN).any() for r in results for p in r.pairs.values()):
-        return []
+        return
     gaps = {
         name: pair.gap[np.isfinite(pair.gap)].min(initial=np.inf) for name, pair in pairs.items()
     }
     apart = "; ".join(f"pair {name!r} {_distance(float(gap))}" for name, gap in gaps.items())
-    advice = "check gaps, and the directions of loads and displacements"
-    return [new_finding("no contact", f"no contact anywhere ({apart})", advice=advice)]
+    yield new_finding(
+        "no contact",
+        f"no contact anywhere ({apart})",
+        advice="check gaps, and the directions of loads and displacements",
+    )
 
 
 def _distance(gap: float) -> str:

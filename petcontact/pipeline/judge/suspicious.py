@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -30,11 +30,10 @@ def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
     ]
 
 
-def _strains(solution: Solution) -> list[Finding]:
+def _strains(solution: Solution) -> Iterator[Finding]:
     """Find bodies with large strains, and loaded bodies with strains that are almost 0."""
-    findings = list[Finding]()
     if not solution.steps:
-        return findings
+        return
     for body in solution.posed.bodies:
         if not solution.body_fields(body.name).known:
             continue
@@ -46,17 +45,20 @@ def _strains(solution: Solution) -> list[Finding]:
             [strain, *(_pressed(p.pressure, p.state, p.weight) / modulus for p in contacts)]
         )
         if strain > limit_of("strain"):
-            text = (
-                f"{the_body(body.name)} is strained by {strain:.0%}: strains are taken to be small"
-            )
             plane = ", and that forces are per thickness" * (mesh.weight_power == 1)
-            advice = f"check the units of loads and moduli{plane}"
-            findings.append(new_finding("strain", text, advice=advice, measured=strain))
+            yield new_finding(
+                "strain",
+                f"{the_body(body.name)} is strained by {strain:.0%}: strains are taken to be small",
+                advice=f"check the units of loads and moduli{plane}",
+                measured=strain,
+            )
         if SOLVED < strain < limit_of("tiny strain"):
-            text = f"{the_body(body.name)} is strained by {strain:.1e} only"
-            advice = "check that loads and moduli have the same unit"
-            findings.append(new_finding("tiny strain", text, advice=advice, measured=strain))
-    return findings
+            yield new_finding(
+                "tiny strain",
+                f"{the_body(body.name)} is strained by {strain:.1e} only",
+                advice="check that loads and moduli have the same unit",
+                measured=strain,
+            )
 
 
 def usual(values: Array, weight: Array) -> float:
@@ -76,47 +78,55 @@ def _pressed(pressure: Array, state: States, weight: Array) -> float:
     return float(weight[closed] @ np.abs(pressure[closed])) / area if area > 0.0 else 0.0
 
 
-def _frictions(discrete: Discrete) -> list[Finding]:
+def _frictions(discrete: Discrete) -> Iterator[Finding]:
     """Find friction coefficients that no dry pair of materials has."""
-    findings = list[Finding]()
     for side in discrete.sides:
         mu = side.law.friction_coefficient
         value = 0.0 if mu is None or mu.varies else mu.source
         if value > limit_of("friction coefficient"):
-            text = f"a friction coefficient of {value:g}: dry pairs have 0.05 to 1.5"
-            where, advice = f"pair {side.name!r}", f"{value:g} % is {value / 100.0:g}"
-            findings.append(
-                new_finding("friction coefficient", text, where, advice=advice, measured=value)
+            yield new_finding(
+                "friction coefficient",
+                f"a friction coefficient of {value:g}: dry pairs have 0.05 to 1.5",
+                f"pair {side.name!r}",
+                advice=f"{value:g} % is {value / 100.0:g}",
+                measured=value,
             )
-    return findings
 
 
-def _planes(discrete: Discrete) -> list[Finding]:
+def _planes(discrete: Discrete) -> Iterator[Finding]:
     """Find plane bodies of which some may not strain across the plane, and others may."""
     plane = discrete.meshes[0].dim == 2 and not discrete.posed.axial
     states = {body.material.plane: body.name for body in discrete.posed.bodies if plane}
     if len(states) < 2:
-        return []
+        return
     names = " and ".join(f"{name!r} in plane {plane}" for plane, name in sorted(states.items()))
-    advice = "plane = the same in all"
-    return [new_finding("mixed planes", f"bodies {names} have other stiffnesses", advice=advice)]
+    yield new_finding(
+        "mixed planes",
+        f"bodies {names} have other stiffnesses",
+        advice="plane = the same in all",
+    )
 
 
-def _gaps(discrete: Discrete) -> list[Finding]:
+def _gaps(discrete: Discrete) -> Iterator[Finding]:
     """Find bodies that touch no other one, and gaps that bilateral contact closes by force."""
-    findings, names = list[Finding](), [body.name for body in discrete.posed.bodies]
+    names = [body.name for body in discrete.posed.bodies]
     touching = {names[number] for side in discrete.sides for number in side.bodies}
     for name in (n for n in names if n not in touching and len(names) > 1):
-        text = "touches no other body"
-        advice = "bodies meet where a [[contact]] names their parts"
-        findings.append(new_finding("unpaired", text, the_body(name), advice=advice))
+        yield new_finding(
+            "unpaired",
+            "touches no other body",
+            the_body(name),
+            advice="bodies meet where a [[contact]] names their parts",
+        )
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         where, gap = f"pair {side.name!r}", interface.gap[np.isfinite(interface.gap)]
         if side.law.normal == "bilateral" and gap.max(initial=0.0) > 0.0:
-            text = f"bilateral contact closes a gap of {gap.max():.3g} by pulling"
-            advice = 'a gap may stay open with normal = "unilateral"'
-            findings.append(new_finding("closed gap", text, where, advice=advice))
-    return findings
+            yield new_finding(
+                "closed gap",
+                f"bilateral contact closes a gap of {gap.max():.3g} by pulling",
+                where,
+                advice='a gap may stay open with normal = "unilateral"',
+            )
 
 
 def _empty(steps: Sequence[StepResult]) -> list[Finding]:

@@ -3,7 +3,7 @@ tractions."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def rolled_off(
     return _large("rolled off", ROLLED, rolls(discrete, pairs, bodies))
 
 
-def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
+def absurd(discrete: Discrete, largest: Sequence[float]) -> Iterator[Finding]:
     """Find the body that moves farthest over its size, if it moves by more than is accepted.
 
     `largest` is the largest displacement of each body in the increment [length].
@@ -41,14 +41,15 @@ def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
     moved, number = max(
         (u / size, b) for b, (u, size) in enumerate(zip(largest, discrete.sizes, strict=True))
     )
-    if not moved > limit_of("displacement"):
-        return []
-    text = (
-        f"{the_body(discrete.posed.bodies[number].name)} moves by {moved:.1e} times its size, at "
-        f"most {limit_of('displacement'):.0e} is accepted: displacements are taken to be small"
-    )
-    advice = "check the units of loads and moduli"
-    return [new_finding("displacement", text, advice=advice, measured=moved)]
+    if moved > limit_of("displacement"):
+        yield new_finding(
+            "displacement",
+            f"{the_body(discrete.posed.bodies[number].name)} moves by {moved:.1e} times its size, "
+            f"at most {limit_of('displacement'):.0e} is accepted: displacements are taken to be "
+            "small",
+            advice="check the units of loads and moduli",
+            measured=moved,
+        )
 
 
 def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
@@ -169,14 +170,18 @@ def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float, float]:
     return float(np.abs(rotation).max(initial=0.0)), travel, float(deflection)
 
 
-def _uneven(results: Sequence[StepResult]) -> list[Finding]:
+def _uneven(results: Sequence[StepResult]) -> Iterator[Finding]:
     """Find that the tractions of some increment are not in equilibrium."""
     left = max(
         (float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0
     )
-    text, advice = f"tractions are in equilibrium to {left:.1e} only", "choose smaller elements"
-    uneven = new_finding("uneven tractions", text, advice=advice, measured=left)
-    return [uneven] if left > limit_of("uneven tractions") else []
+    if left > limit_of("uneven tractions"):
+        yield new_finding(
+            "uneven tractions",
+            f"tractions are in equilibrium to {left:.1e} only",
+            advice="choose smaller elements",
+            measured=left,
+        )
 
 
 def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:

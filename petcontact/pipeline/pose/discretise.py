@@ -199,7 +199,7 @@ def discretise(
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
     findings += [new_finding("volume loads", note) for note in notes]
     if like is None:
-        of_meshes = check_meshes(problem.posed, meshes, boundaries, make_mesh is not None)
+        of_meshes = [*check_meshes(problem.posed, meshes, boundaries, make_mesh is not None)]
         refuse(of_meshes)
         if make_mesh is None:
             for interface, facing in zip(problem.interfaces, facings, strict=True):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ...arrays import Array
@@ -58,7 +60,7 @@ def _costs(increment: Increment) -> Array:
     return np.where(turns, 1e-3, 1.0)
 
 
-def second_solution(increment: Increment, outcome: ContactState) -> list[Finding]:
+def second_solution(increment: Increment, outcome: ContactState) -> Iterator[Finding]:
     """Find an increment that has contact tractions although σ = 0 is also a solution.
 
     σ = 0 is a solution if the loads alone close no contact. If friction does not depend on
@@ -72,22 +74,23 @@ def second_solution(increment: Increment, outcome: ContactState) -> list[Finding
     added = np.abs(outcome.v - system.u_0).max(initial=0.0)
     free = np.abs(system.u_0).max(initial=0.0)
     if not outcome.converged or system.modes is not None or added <= 1e-6 * free or free == 0.0:
-        return []
-    if law.project(outcome.rho * system.u_0).any():
-        return []
-    text = (
-        "surfaces that part everywhere are a solution, too: with Coulomb's law there are two here"
-    )
-    advice = 'another start, as method.start = "frictionless", may find it'
-    return [new_finding("second solution", text, f"step {increment.name!r}", advice=advice)]
+        return
+    if not law.project(outcome.rho * system.u_0).any():
+        yield new_finding(
+            "second solution",
+            "surfaces that part everywhere are a solution, too: with Coulomb's law there are two "
+            "here",
+            f"step {increment.name!r}",
+            advice='another start, as method.start = "frictionless", may find it',
+        )
 
 
-def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Finding]:
+def zero_energy_motions(increment: Increment, outcome: ContactState) -> Iterator[Finding]:
     """Find motions at the end of a step that closed and sticking nodes hardly resist, or not at
     all."""
     modes, law = increment.system.modes, increment.law
     if modes is None or increment.target < 1.0 or not outcome.converged:
-        return []
+        return
     # v alone may be round-off of an iteration
     moved = max(np.abs(outcome.v).max(initial=0.0), np.abs(increment.system.u_0).max(initial=0.0))
     size = np.abs(outcome.sigma).max(initial=0.0) / (moved or 1.0)
@@ -99,12 +102,14 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Fin
     values = np.append(values, np.zeros(len(vectors) - len(values))) / max(
         1.0, values.max(initial=0.0)
     )
-    if not (values <= WRITTEN).any():
-        return []
-    text = f"nothing holds {_named(increment, vectors[values <= WRITTEN])}"
-    where = f"step {increment.step.name or increment.number!r}"
-    advice = "the smallest was chosen, and no stress depends on it"
-    return [new_finding("loose motion", text, where, advice=advice, limit=WRITTEN)]
+    if (values <= WRITTEN).any():
+        yield new_finding(
+            "loose motion",
+            f"nothing holds {_named(increment, vectors[values <= WRITTEN])}",
+            f"step {increment.step.name or increment.number!r}",
+            advice="the smallest was chosen, and no stress depends on it",
+            limit=WRITTEN,
+        )
 
 
 def _named(increment: Increment, loose: Array) -> str:

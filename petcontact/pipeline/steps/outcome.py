@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -83,7 +83,7 @@ def step_result(
         "pressed": overlap.pressed,
     }
     pairs = _pairs(increment, outcome, after, bodies)
-    findings = _findings(increment, outcome, absurd(discrete, moved), elastic, limit)
+    findings = _findings(increment, outcome, [*absurd(discrete, moved)], elastic, limit)
     # an increment that is not solved is judged by nothing else
     findings += (
         increment_findings(residuals, None)
@@ -187,55 +187,48 @@ def _solved_findings(
     bodies: dict[str, BodyResult],
     residuals: dict[str, float],
     overlap: Overlap,
-) -> list[Finding]:
-    """Return the findings of an increment whose equations are solved."""
-    last = increment.ends
+) -> Iterator[Finding]:
+    """Yield the findings of an increment whose equations are solved."""
     # no mesh has nodes at the place where a contact begins to grow; `rough_step` judges the steps
     # before the last one
-    ends = last and increment.number == len(increment.problem.steps)
-    findings = [
-        *rolled_off(increment.problem.discrete, pairs, bodies),
-        *_reactions(increment, pairs),
-        *increment_findings(residuals, overlap.finding if ends else None),
-    ]
+    ends = increment.ends and increment.number == len(increment.problem.steps)
+    yield from rolled_off(increment.problem.discrete, pairs, bodies)
+    yield from _reactions(increment, pairs)
+    yield from increment_findings(residuals, overlap.finding if ends else None)
     if outcome.direct:
-        text = "iterations on compressed operators failed: a dense S was solved with in their place"
-        findings.append(new_finding("iterations", text, advice="-bem_mat_type dense saves them"))
+        yield new_finding(
+            "iterations",
+            "iterations on compressed operators failed: a dense S was solved with in their place",
+            advice="-bem_mat_type dense saves them",
+        )
     missed = max(residuals["tangential"], residuals["normal"])
     if not missed <= limit_of("contact law"):
-        text = f"the law of contact is missed by {missed:.1e} of the tractions of a pair"
-        findings.append(new_finding("contact law", text, measured=missed))
+        yield new_finding(
+            "contact law",
+            f"the law of contact is missed by {missed:.1e} of the tractions of a pair",
+            measured=missed,
+        )
     if overlap.finding is not None:
-        findings.append(overlap.finding)
+        yield overlap.finding
     if overlap.pressed > limit_of("overlap under pressure"):
-        text = (
+        yield new_finding(
+            "overlap under pressure",
             f"surfaces overlap between nodes in contact: {overlap.pressed_where}, "
-            f"{overlap.pressed / (1.0 - overlap.pressed):.2g} times what contact displaces: forces "
-            "may be far off"
+            f"{overlap.pressed / (1.0 - overlap.pressed):.2g} times what contact displaces: "
+            "forces may be far off",
+            f"step {increment.name!r}",
+            advice="refine the mesh there",
+            measured=overlap.pressed,
         )
-        advice, where = "refine the mesh there", f"step {increment.name!r}"
-        findings.append(
-            new_finding(
-                "overlap under pressure",
-                text,
-                where,
-                advice=advice,
-                measured=overlap.pressed,
-            )
-        )
-    return [
-        *findings,
-        *zero_energy_motions(increment, outcome),
-        *second_solution(increment, outcome),
-    ]
+    yield from zero_energy_motions(increment, outcome)
+    yield from second_solution(increment, outcome)
 
 
-def _reactions(increment: Increment, pairs: dict[str, PairResult]) -> list[Finding]:
+def _reactions(increment: Increment, pairs: dict[str, PairResult]) -> Iterator[Finding]:
     """Find interfaces whose two sides do not carry opposite forces and moments.
 
     The couple of friction across a gap is taken into account.
     """
-    findings = []
     for face in increment.problem.system.interfaces:
         if face.distance is None:
             continue
@@ -245,10 +238,12 @@ def _reactions(increment: Increment, pairs: dict[str, PairResult]) -> list[Findi
         couple = increment.problem.system.motions.moment(apart, pair.weight[:, None] * shear)
         left = pair.imbalance_beyond(-couple)
         if not left <= limit_of("reaction"):
-            text = f"force or moment on its two sides differ by {left:.1e} of all that acts there"
-            where = f"pair {face.name!r}"
-            findings.append(new_finding("reaction", text, where, measured=left))
-    return findings
+            yield new_finding(
+                "reaction",
+                f"force or moment on its two sides differ by {left:.1e} of all that acts there",
+                f"pair {face.name!r}",
+                measured=left,
+            )
 
 
 def _remedy(increment: Increment) -> str:
