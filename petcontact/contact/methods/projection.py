@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 
 from ...arrays import Array
@@ -48,8 +50,8 @@ class Projection:
     ) -> ContactState:
         """Solve as `ContactMethod`, from zero.
 
-        A run from the given ρ_0 that stalls is begun anew with a balanced one: c_k is used up on
-        the way to it, and a body that only contact holds has been moved by load/ρ_0.
+        A run from the given ρ_0 that stalls or overflows is begun anew with a balanced one: c_k is
+        used up on the way to it, and a body that only contact holds has been moved by load/ρ_0.
 
         Raises
         ------
@@ -58,9 +60,12 @@ class Projection:
         """
         recorder = Recorder(law, system, iteration)
         if self.rho is not None and (iteration.rho is None or np.all(iteration.rho == self.rho)):
-            end = self._run(recorder, self.rho, STALLED)
-            if end.converged or end.stopped or recorder.exhausted:
-                return end
+            with contextlib.suppress(SolverError):
+                end = self._run(recorder, self.rho, STALLED)
+                if end.converged or end.stopped or recorder.exhausted:
+                    return end
+            # the largest ‖σ‖ so far is that of one run
+            recorder = Recorder(law, system, iteration, recorder.history)
         return self._run(recorder, smooth_balance(law, system), iteration.max_iterations)
 
     def _run(self, recorder: Recorder, first: float | Array, patience: int) -> ContactState:
