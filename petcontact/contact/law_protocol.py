@@ -118,7 +118,7 @@ class LimitedLaw(ContactLaw, Protocol):
 
 
 def friction_bound(law: ContactLaw, sigma: Array) -> Array:
-    """Return the largest |σ_t| for the given σ_n, (m,) [stress]; NaN if the law has no
+    """Return the largest |σ_t| for the given σ_n, (m,) [stress]; infinite if the law has no
     `bound_at(σ)`.
 
     >>> from petcontact.contact.laws import Tresca
@@ -126,7 +126,7 @@ def friction_bound(law: ContactLaw, sigma: Array) -> Array:
     array([150.])
     """
     bound_at = getattr(law, "bound_at", None)
-    return np.full(len(sigma), np.nan) if bound_at is None else np.asarray(bound_at(sigma))
+    return np.full(len(sigma), np.inf) if bound_at is None else np.asarray(bound_at(sigma))
 
 
 def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) -> Array:

@@ -21,9 +21,7 @@ LARGEST = 50_000_000
 """Entries of one array: a file of a few bytes may claim any number."""
 MAY_BE_UNDEFINED = ("history", "increments")
 """Groups whose numbers need not be finite: w_k is not where nothing moves."""
-BOUNDS = ("bound", "friction_bound")
-"""What is NaN of a law that names no bounds."""
-MAY_BE_INFINITE = (*BOUNDS, "gap")
+MAY_BE_INFINITE = ("bound", "friction_bound", "gap")
 """The bound of bonded contact, and the gap where nothing is faced."""
 
 
@@ -79,11 +77,8 @@ def _check_array(data: h5py.Dataset, source: str) -> None:
         )
     if data.dtype.kind != "f" or folder in MAY_BE_UNDEFINED:
         return
-    values = data[()]
-    if name in BOUNDS:
-        values = values[~np.isnan(values)]
     try:
-        checked(f"{source}: {data.name}", values, SQUARED[name in MAY_BE_INFINITE])
+        checked(f"{source}: {data.name}", data[()], SQUARED[name in MAY_BE_INFINITE])
     except InputError as error:
         raise ResultError(f"{error}") from None
 
