@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -73,8 +74,8 @@ def convert_inp(path: str | Path, name: str) -> Converted:
         "contact": [pair | (bolt(reader, at, 0) if at else {}) for pair, at in pairs],
         "step": _steps(reader, bodies, pairs),
     }
-    notes = [*reader.notes, *_uncovered(reader, bodies), *_unused(reader, bodies)]
-    notes += _lost_forces(reader, bodies)
+    lost = [*_uncovered(reader, bodies), *_unused(reader, bodies), *_lost_forces(reader, bodies)]
+    notes = [*reader.notes, *lost]
     text = tomli_w.dumps({key: value for key, value in data.items() if value})
     return Converted(
         f"#:schema petcontact.schema.json\n# From {Path(path).name}.\n{_head(notes)}{text}",
@@ -104,9 +105,8 @@ def _bodies(reader: Statements) -> list[InpBody]:
     return [InpBody(reader, group, f"body{number}") for number, group in enumerate(groups, 1)]
 
 
-def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
+def _uncovered(reader: Statements, bodies: list[InpBody]) -> Iterator[str]:
     """Node sets that hold no face."""
-    notes = []
     for name, values in reader.held[-1].items():
         nodes = [*{*reader.file.members(name)} - reader.apart]
         # what lies on an axis of revolution stays there
@@ -116,14 +116,13 @@ def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
             and not any(name in body.sets for body in bodies)
             and not (still and all(reader.file.nodes[node][0] == 0.0 for node in nodes))
         ):
-            notes.append(
+            yield (
                 f"*BOUNDARY: {name} ({count(nodes, 'node')}) covers no face of a body that is not "
                 f"in contact; not taken"
             )
-    return notes
 
 
-def _lost_forces(reader: Statements, bodies: list[InpBody]) -> list[str]:
+def _lost_forces(reader: Statements, bodies: list[InpBody]) -> Iterator[str]:
     """Forces at nodes of no body, or across the plane of one."""
     forces = {
         (node, freedom)
@@ -131,27 +130,25 @@ def _lost_forces(reader: Statements, bodies: list[InpBody]) -> list[str]:
         for (node, freedom), force in step.items()
         if force and node not in reader.apart
     }
-    lost = [node for node, _ in sorted(forces.difference(*(body.freedoms for body in bodies)))]
-    text = f"*CLOAD: {count(lost, 'node')} of no body, or across its plane; not taken"
-    return [text] if lost else []
+    if lost := [n for n, _ in sorted(forces.difference(*(body.freedoms for body in bodies)))]:
+        yield f"*CLOAD: {count(lost, 'node')} of no body, or across its plane; not taken"
 
 
-def _unused(reader: Statements, bodies: list[InpBody]) -> list[str]:
+def _unused(reader: Statements, bodies: list[InpBody]) -> Iterator[str]:
     """Surfaces and pressed faces that came to nothing."""
-    parts, notes = {face: part for body in bodies for face, part in body.parts.items()}, []
+    parts = {face: part for body in bodies for face, part in body.parts.items()}
     for name, faces in reader.surfaces.items():
         if inside := [number for number, k in faces if (number, k) not in parts]:
-            notes.append(f"*SURFACE {name}: faces inside of {count(inside, 'element')}; not taken")
+            yield f"*SURFACE {name}: faces inside of {count(inside, 'element')}; not taken"
     if idle := [name for name in reader.surfaces if name not in reader.used]:
-        notes.append(f"*SURFACE {', '.join(idle)}: in no contact pair or load; not taken")
+        yield f"*SURFACE {', '.join(idle)}: in no contact pair or load; not taken"
     given = set[Face]().union(*reader.pressed, *reader.tractions)
     pressed = given.difference(*(body.free for body in bodies))
     if lost := [number for number, _ in pressed]:
-        notes.append(
+        yield (
             f"load on faces of {count(lost, 'element')} that lie inside, are held or in "
             f"contact; not taken"
         )
-    return notes
 
 
 def _pairs(reader: Statements, bodies: list[InpBody]) -> list[Pair]:

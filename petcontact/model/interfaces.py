@@ -82,8 +82,7 @@ def _changed(side: PosedInterface, key: str, change: object) -> Iterator[tuple[s
         yield name, value if name == "preload" else as_given(value, f"{key}.{name}")
 
 
-def _conditions(problem: Bodies) -> list[PosedInterface]:
-    interfaces = []
+def _conditions(problem: Bodies) -> Iterator[PosedInterface]:
     for b, body in enumerate(problem.body):
         for k, condition in enumerate(body.boundary):
             if not isinstance(condition, Contact | Periodic):
@@ -94,22 +93,19 @@ def _conditions(problem: Bodies) -> list[PosedInterface]:
             primary = (b, condition.partner) if isinstance(condition, Periodic) else None
             bonded = Contact(condition.part, normal="bonded")
             law = _law(place, condition if isinstance(condition, Contact) else bonded)
-            interfaces.append(
-                PosedInterface(
-                    name,
-                    place,
-                    b,
-                    condition.part,
-                    primary,
-                    None,
-                    law,
-                    None,
-                    (),
-                    primary is not None,
-                    True,
-                )
+            yield PosedInterface(
+                name,
+                place,
+                b,
+                condition.part,
+                primary,
+                None,
+                law,
+                None,
+                (),
+                primary is not None,
+                True,
             )
-    return interfaces
 
 
 def _pairs(problem: Bodies) -> list[PosedInterface]:

@@ -283,7 +283,7 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
         yield from _given(words, (*within, real))
 
 
-def _lines(name: str, told: str) -> list[list[str]]:
+def _lines(name: str, told: str) -> Iterator[list[str]]:
     """The words of the lines of a file of options."""
     try:
         content = Path(name).read_text(encoding="utf-8", errors="replace")
@@ -291,7 +291,6 @@ def _lines(name: str, told: str) -> list[list[str]]:
         raise InputError(f"{told}: cannot be read ({error.strerror})") from None
     if "\0" in content:
         raise InputError(f"{told}: not a text file")
-    lines = []
     for number, line in enumerate(content.splitlines(), start=1):
         words = [word.strip("\"'") for word in line.partition("#")[0].split()]
         if not words or words[0].startswith(("!", "%")):
@@ -300,5 +299,4 @@ def _lines(name: str, told: str) -> list[list[str]]:
             raise InputError(
                 f"{told}: line {number} begins with {words[0][:40]!r}, options begin with a dash"
             )
-        lines.append(words)
-    return lines
+        yield words

@@ -101,24 +101,23 @@ def _reaction(tell: Teller, number: Number) -> Iterator[str]:
         yield f"{printable(number.of)} {f'{head} ' * turns}{tell.number(number)}"
 
 
-def wear_lines(tell: Teller, wear: WearHistory) -> list[str]:
+def wear_lines(tell: Teller, wear: WearHistory) -> Iterator[str]:
     """Worn volume and depth, and the largest pressure, of each interface that wears after some of
     the cycles."""
-    lines, last, cycles = list[str](), len(wear.cycle) - 1, int(wear.cycle[-1])
+    last, cycles = len(wear.cycle) - 1, int(wear.cycle[-1])
     shown = np.unique(np.linspace(0, last, 5 if tell.verbose else 3).round().astype(int))
     over = f"{cycles} cycles, {last} jump{'s' if last != 1 else ''}" if cycles > 1 else "1 cycle"
     for name, depth in wear.depth.items():
-        lines.append(f"  wear of {printable(name)} over {over}:")
+        yield f"  wear of {printable(name)} over {over}:"
         columns = (
             ("cycle", "", wear.cycle),
             ("volume", tell.unit("volume"), depth @ tell.solution.pairs[name].weight),
             ("depth", tell.unit("length"), depth.max(axis=1, initial=0.0)),
             ("largest p", tell.unit("stress"), wear.pressure[name].max(axis=1, initial=0.0)),
         )
-        lines += table(
+        yield from table(
             {
                 f"{word} [{unit}]" if unit else word: [f"{each:.6g}" for each in values[shown]]
                 for word, unit, values in columns
             }
         )
-    return lines
