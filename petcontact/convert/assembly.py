@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -294,10 +295,10 @@ def _displaced(part: str, value: list[float]) -> list[str]:
 
 def _body(
     name: str, geometry: Keyed, mesh: BoundaryMesh, ends: set[str], given: dict[str, list[str]]
-) -> list[str]:
-    """Return the table of a body, with its parts and proposed conditions as comments."""
+) -> Iterator[str]:
+    """Yield the table of a body, with its parts and proposed conditions as comments."""
     table = ", ".join(f"{key} = {json.dumps(value)}" for key, value in geometry.items())
-    lines = [
+    yield from [
         "",
         "[[body]]",
         f"name = {json.dumps(name)}",
@@ -306,31 +307,33 @@ def _body(
     ]
     for part in mesh.part_names:
         touches = "touches another body" if f"{name}.{part}" in ends else "free"
-        lines.append(
+        yield (
             f"# part {json.dumps(part)}: {touches}, area {_area(mesh, part):.4g}, centre "
             f"{shown(_centre(mesh, part), 4)}"
         )
-    return lines + given.get(name, [])
+    yield from given.get(name, [])
 
 
-def _contacts(pairs: list[Ends], gaps: dict[int, float], given: dict[str, list[str]]) -> list[str]:
+def _contacts(
+    pairs: list[Ends], gaps: dict[int, float], given: dict[str, list[str]]
+) -> Iterator[str]:
     loose = {name for name, conditions in given.items() if PUSHED in conditions}
-    lines, screwed = list[str](), _screwed(pairs, gaps)
+    screwed = _screwed(pairs, gaps)
     for number, ends in enumerate(pairs):
         sides = [json.dumps(side if len(side) > 1 else side[0]) for side in ends]
-        lines += ["", "[[contact]]", f'name = "contact{number + 1}"', f"secondary = {sides[0]}"]
-        lines.append(f"primary = {sides[1]}")
+        yield from ["", "[[contact]]", f'name = "contact{number + 1}"']
+        yield from [f"secondary = {sides[0]}", f"primary = {sides[1]}"]
         if number in screwed:
-            lines.append('normal = "bonded"     # as a thread; if it slides, leave this out')
+            yield 'normal = "bonded"     # as a thread; if it slides, leave this out'
             continue
-        lines += [f"gap = {gaps[number]:.6g}"] if number in gaps else []
+        if number in gaps:
+            yield f"gap = {gaps[number]:.6g}"
         if loose & {end[0].partition(".")[0] for end in ends}:
-            lines.append("# without friction, of which a body that it alone holds takes long")
+            yield "# without friction, of which a body that it alone holds takes long"
         else:
-            lines.append("friction_coefficient = 0.15")
+            yield "friction_coefficient = 0.15"
         if number in screwed.values():
-            lines.append("#>preload = 1000.0     # of the bolt")
-    return lines
+            yield "#>preload = 1000.0     # of the bolt"
 
 
 def _screwed(pairs: list[Ends], gaps: dict[int, float]) -> dict[int, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -181,9 +181,8 @@ class InpBody:
             merged |= self.reader.held[step].get(name, {})
         return [merged.get(c + 1, FREE) for c in range(self.dim)]
 
-    def conditions(self, step: int) -> list[Keyed]:
+    def conditions(self, step: int) -> Iterator[Keyed]:
         """Return the conditions of all parts at the end of a step."""
-        conditions: list[Keyed] = []
         for part, (names, loads) in self._says.items():
             value = self._value(names, step)
             acting = [_acting(loads[step], c) if value[c] == FREE else 0.0 for c in range(self.dim)]
@@ -194,8 +193,7 @@ class InpBody:
                     says["traction"] = acting
             elif not any(any(pull) for _, pull in loads):
                 says = {"pressure": loads[step][0]}
-            conditions.append({"part": part, **says})
-        return conditions
+            yield {"part": part, **says}
 
     def volume(self, step: int) -> Keyed:
         """Return the `loads` at the end of a step."""

@@ -67,12 +67,12 @@ def _both_sides(
 
 def ruiz_sites(
     solution: SolutionData, increments: list[StepResult], name: str
-) -> list[tuple[Sites, Array, Array]]:
+) -> Iterator[tuple[Sites, Array, Array]]:
     """On both bodies of an interface: the places, and F1 and F2 there.
 
     On the primary these are the places that the secondary's nodes face.
     """
-    pairs, parts_sites = [step.pairs[name] for step in increments], []
+    pairs = [step.pairs[name] for step in increments]
     slip = np.array([pair.slip for pair in pairs])
     way = _directions(np.einsum("kmt,mtc->kmc", slip_from_the_middle(slip), pairs[0].tangent))
     work = friction_work(slip, np.array([pair.sigma_t for pair in pairs]))
@@ -86,7 +86,4 @@ def ruiz_sites(
         sites = Sites(
             owner, np.full(len(rows), part), states[0].x, np.zeros(len(rows)), along, stress
         )
-        parts_sites.append(
-            (sites, work[:, rows].max(axis=0), (tension * work[:, rows]).max(axis=0))
-        )
-    return parts_sites
+        yield (sites, work[:, rows].max(axis=0), (tension * work[:, rows]).max(axis=0))

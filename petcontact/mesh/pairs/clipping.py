@@ -5,6 +5,8 @@ Polygons are padded by repeating their last corner.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ...arrays import Array, Index
@@ -88,20 +90,19 @@ def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
     return pieces
 
 
-def _straight_and_slivers(lines: Array) -> list[tuple[Array, Array]]:
-    """Return the corners (n, 4, 2) of quadrilaterals with curved sides (n, 4, m + 1, 2), and their
+def _straight_and_slivers(lines: Array) -> Iterator[tuple[Array, Array]]:
+    """Yield the corners (n, 4, 2) of quadrilaterals with curved sides (n, 4, m + 1, 2), and their
     slivers.
 
     The slivers have signs, 0 for none.
     """
-    polygons = [(lines[:, :, 0], np.ones(len(lines)))]
+    yield lines[:, :, 0], np.ones(len(lines))
     for side in range(lines.shape[1]):
         sliver = lines[:, side]
         size = area(sliver)
         if (np.abs(size) > ROUNDED).any():
             ordered = np.where((size < 0.0)[:, None, None], sliver[:, ::-1], sliver)
-            polygons.append((ordered, np.where(np.abs(size) > ROUNDED, np.sign(size), 0.0)))
-    return polygons
+            yield ordered, np.where(np.abs(size) > ROUNDED, np.sign(size), 0.0)
 
 
 def _on_the_left(polygon: Array, start: Array, along: Array) -> Array:

@@ -31,10 +31,10 @@ SHOWN = 6
 """Steps that a table shows: the first ones and the last."""
 
 
-def pair_lines(tell: Teller) -> list[str]:
-    """Return the law of each interface and what it does: in items after the only step, else in a
+def pair_lines(tell: Teller) -> Iterator[str]:
+    """Yield the law of each interface and what it does: in items after the only step, else in a
     table of steps."""
-    lines, ends = list[str](), tell.ends
+    ends = tell.ends
     there = ends[-1].pairs if ends else {}
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
     told = shown if tell.verbose else ends[-1:]
@@ -42,35 +42,34 @@ def pair_lines(tell: Teller) -> list[str]:
     for _, group in itertools.groupby(sides, lambda each: each.group):
         side, *others = group
         if others:
-            lines += _several(tell, [side, *others], told)
+            yield from _several(tell, [side, *others], told)
             continue
-        lines += wrapped(f"  {printable(side.name)}: ", [*_sides(tell, side), *law_words(side)])
+        yield from wrapped(f"  {printable(side.name)}: ", [*_sides(tell, side), *law_words(side)])
         several = len(ends) > 1 and side.law.normal != "bonded"
-        lines += _table(tell, side, shown) if several else []
+        yield from _table(tell, side, shown) if several else []
         for step in told:
-            lines += _items(tell, step, side, in_table=several and not tell.verbose)
-    left = len(ends) - len(shown)
-    return [*lines, *[f"  ... {left} more steps: petcontact show FILE --json"] * bool(left)]
+            yield from _items(tell, step, side, in_table=several and not tell.verbose)
+    if left := len(ends) - len(shown):
+        yield f"  ... {left} more steps: petcontact show FILE --json"
 
 
 def _several(
     tell: Teller, sides: Sequence[PosedInterface], steps: Sequence[StepResult]
-) -> list[str]:
-    """Return the law of a contact of several parts, and a table of what each pair carries."""
+) -> Iterator[str]:
+    """Yield the law of a contact of several parts, and a table of what each pair carries."""
     contact = sides[0].group
-    lines = wrapped(f"  {printable(contact)}: ", [f"{len(sides)} pairs", *law_words(sides[0])])
+    yield from wrapped(f"  {printable(contact)}: ", [f"{len(sides)} pairs", *law_words(sides[0])])
     for step in steps:
-        lines += [f"    after {label(step)}"] * (len(tell.ends) > 1)
+        yield from [f"    after {label(step)}"] * (len(tell.ends) > 1)
         shares = step.shares_of(contact, axial=tell.axial)
         names = ("force", "largest p", "contact area", "largest slip")
         of_names = [_column(tell, [tell.get(step, s.name, n) for s in sides], n) for n in names]
         columns = {"primary on secondary": list(map(printable, shares))} | of_names[0]
         columns["share"] = [f"{100.0 * share:.4g} %" for share in shares.values()]
-        lines += table(functools.reduce(operator.or_, of_names[1:], columns))
+        yield from table(functools.reduce(operator.or_, of_names[1:], columns))
         for side in sides:
-            items = list(_defects(step.pairs[side.name], tell, side.law))
-            lines += wrapped(f"    {printable(side.name)}: ", items) if items else []
-    return lines
+            if items := list(_defects(step.pairs[side.name], tell, side.law)):
+                yield from wrapped(f"    {printable(side.name)}: ", items)
 
 
 def _items(tell: Teller, step: StepResult, side: PosedInterface, *, in_table: bool) -> list[str]:

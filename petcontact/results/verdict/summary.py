@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -55,29 +55,26 @@ def verdict(solution: SolutionData, verbose: bool = False) -> str:
     return "\n".join([*lines, *_times(solution, verbose)])
 
 
-def _checks(tell: Teller, said: str) -> list[str]:
+def _checks(tell: Teller, said: str) -> Iterator[str]:
     """How the method of the paper's problem ended, and what equations and laws leave over."""
-    solution, lines = tell.solution, list[str]()
+    solution = tell.solution
     if solution.kind == "bilateral":
-        lines += wrapped("  ", [_method(solution)])
-    if tell.verbose:
+        yield from wrapped("  ", [_method(solution)])
+    if tell.verbose and said:
         residual = [f"|R_rho| {solution.last.residual:.2e}"] * (solution.kind == "bilateral")
-        lines += wrapped("  ", [*said.split(", "), *residual]) if said else []
-    if solution.converged and (left := _left(solution)):
-        lines += wrapped("  checks passed: ", left)
-    return lines
+        yield from wrapped("  ", [*said.split(", "), *residual])
+    if solution.converged and (left := list(_left(solution))):
+        yield from wrapped("  checks passed: ", left)
 
 
-def _left(solution: SolutionData) -> list[str]:
+def _left(solution: SolutionData) -> Iterator[str]:
     """The largest residuals of all increments, by what they check."""
-    items = list[str]()
     for what, names in CHECKS.items():
         values = [step.residuals.get(name, np.nan) for step in solution.steps for name in names]
         if not solution.nodes and what == "contact law":
             continue
         if known := [float(value) for value in values if np.isfinite(value)]:
-            items.append(f"{what} {max(known):.1e}" if max(known) > SOLVED else f"{what} 0")
-    return items
+            yield f"{what} {max(known):.1e}" if max(known) > SOLVED else f"{what} 0"
 
 
 def _times(solution: SolutionData, verbose: bool) -> list[str]:
@@ -89,9 +86,8 @@ def _times(solution: SolutionData, verbose: bool) -> list[str]:
     return wrapped("  time [s]: ", items)
 
 
-def _sizes(solution: SolutionData) -> list[str]:
+def _sizes(solution: SolutionData) -> Iterator[str]:
     """Meshes, how bodies are stored, and why the Krylov solver ended."""
-    lines = list[str]()
     for name, mesh in solution.meshes.items():
         label = "" if name == ONE_BODY else f"body {printable(name)}: "
         low, high = int(mesh.order.min()), int(mesh.order.max())
@@ -99,12 +95,12 @@ def _sizes(solution: SolutionData) -> list[str]:
         size = f"{mesh.n_elements} elements of order {order}, {mesh.x.size} unknowns"
         free = solution.provenance.motions.get(name, 0)
         held = f"{free} motion{'s' if free > 1 else ''} held by contact only"
-        lines += wrapped(f"  {label}", [size, *[held] * bool(free)])
+        yield from wrapped(f"  {label}", [size, *[held] * bool(free)])
     if solution.kind == "bilateral":
-        lines.append(f"  {len(solution.contact.nodes)} contact nodes")
+        yield f"  {len(solution.contact.nodes)} contact nodes"
     provenance = solution.provenance
-    solver = ": ".join(filter(None, (provenance.solver, provenance.ksp_reason)))
-    return [*lines, *(wrapped("  ", [solver], separator=" ") if solver else [])]
+    if solver := ": ".join(filter(None, (provenance.solver, provenance.ksp_reason))):
+        yield from wrapped("  ", [solver], separator=" ")
 
 
 def alike(findings: Sequence[Finding]) -> list[str]:
