@@ -53,6 +53,9 @@ class Accuracy:
     path : float
         Error that the increments leave in p and q, over p in L2: 0 where the path does not matter,
         nan where it is not known [-].
+    unseen : dict of lists of float
+        By body, the largest given traction of each part that the functions of a given mesh do not
+        have, where there is one [stress].
     """
 
     wanted: float | None = None
@@ -71,6 +74,7 @@ class Accuracy:
     zones: list[tuple[str, float, float, int]] | None = None
     zone_errors: list[tuple[float, float]] = field(default_factory=list)
     path: float = 0.0
+    unseen: dict[str, list[float]] = field(default_factory=dict)
 
     @property
     def is_known(self) -> bool:

@@ -185,17 +185,39 @@ def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
     how much it varies in panels that gain nothing on the second one."""
     monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: (np.array(before), None))
     monkeypatch.setattr(stress_errors, "_gains_nothing", lambda *_: np.full(len(now), spread > 0.0))
+    found = _change(now, spread, at_corner, 0.0)
+    assert found == pytest.approx(max(error, spread), nan_ok=True)
+
+
+def _change(now, spread, at_corner, halvings, left=1.0):
+    """The error of a largest stress of 10 on a side, or inside where it does not vary."""
     part = "side" if spread else ""
     own, nothing = np.arange(len(now)) < 2, np.zeros(len(now))
-    around = (
-        np.column_stack([np.arange(len(now)), nothing]),
-        part,
-        np.array(now),
-        np.where(own, spread, 0.0),
-    )
-    tops = np.where(own, 0.0, 0.5), nothing, nothing
-    near = stress_errors.NearStress(*around, None, 2, at_corner, *tops)
+    around = np.column_stack([np.arange(len(now)), nothing]), np.full(len(now), part), np.array(now)
+    tops = np.where(own, 0.0, 0.5), nothing, halvings + nothing
+    more = np.where(own, spread, 0.0), None, 2, at_corner
+    near = stress_errors.NearStress(*around, *more, *tops)
     number = Number("von Mises stress", "body", 1, 0, np.array([10.0]), "stress", part=part)
-    solution = SimpleNamespace(accuracy=SimpleNamespace(error=0.05, resultants=0.1))
-    found = stress_errors.stress_change(solution, None, number, near)
-    assert found == pytest.approx(max(error, spread), nan_ok=True)
+    accuracy = SimpleNamespace(error=0.05, resultants=0.1, unseen={})
+    return stress_errors.stress_change(SimpleNamespace(accuracy=accuracy), None, number, near, left)
+
+
+@pytest.mark.parametrize(("halvings", "left"), [(3.0, 1.0), (3.0, 2.4), (2.0, 2.4)])
+def test_what_exponents_tell_of_a_stress_meshes_do_not_tell_again(halvings, left, monkeypatch):
+    """All changes to come are those that halvings of the elements make, where they are known, or
+    those that two meshes leave."""
+    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: (np.array([9.6, 9.6]), None))
+    monkeypatch.setattr(stress_errors, "_gains_nothing", lambda *_: np.zeros(2, dtype=bool))
+    left_over = left * _change([10.0, 10.0], 1e-9, False, halvings, left)
+    assert left_over == pytest.approx(0.4 * max(halvings, left))
+
+
+@pytest.mark.parametrize("size", [0.25, 0.125])
+def test_a_stress_is_off_by_tractions_that_no_mesh_has(size):
+    """A shear of 1 in a strip of .02, which neither mesh sees: its von Mises stress is √3 at least,
+    and no mesh shows more than that of the pressure elsewhere."""
+    sides = moved("bottom", [0, 0]), drawn("left", [0, 0]), drawn("right", ["-1e-3", 0])
+    sides += (drawn("top", ["exp(-((x - 0.6)/0.01)**2)", 0]),)
+    body = solid("block", rectangle([0, 0], [2, 1]), *sides, mesh={"element_size": size})
+    largest = of(solve(problem(body=[body])), "von Mises stress on the surface")
+    assert largest.size + largest.error >= math.sqrt(3.0)

@@ -33,7 +33,7 @@ from ...results.report import Accuracy
 from ...results.solution import Solution
 from ...untyped import Comm
 from ..judge.findings import limit_of, new_finding
-from ..judge.remainders import missed_data
+from ..judge.remainders import DataRemainders, missed_data
 from ..pose.discretise import discretise
 from ..run import RESOLVED, Coarse, prepare, unreported
 from ..steps.increment import PreparedProblem
@@ -125,15 +125,18 @@ def _compared(solution: Solution, comm: Comm, law: GivenLaw | None, report: Repo
 
 
 def _with_missed(solution: Solution) -> Solution:
-    """Return the solution with findings where the meshes miss given data."""
-    missed = missed_data(solution.posed, [*solution.meshes.values()])
+    """Return the solution with findings where the meshes miss given data, and what they miss."""
+    meshes = [*solution.meshes.values()]
+    data = DataRemainders(solution.posed.bodies, meshes)
+    missed = missed_data(solution.posed, meshes, data)
+    solution = replace(solution, accuracy=replace(solution.accuracy, unseen=data.unseen()))
     return solution.with_findings(new_finding("known data", text) for text in missed)
 
 
 def _not_known(solution: Solution, reason: str) -> Solution:
     """Return the solution with the reason why its error is not known."""
-    accuracy = replace(solution.accuracy, unknown=reason)
-    return replace(_with_missed(solution), accuracy=accuracy)
+    said = _with_missed(solution)
+    return replace(said, accuracy=replace(said.accuracy, unknown=reason))
 
 
 def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
@@ -141,7 +144,8 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
     error = accuracy.error if says_something(accuracy.error) else max(accuracy.error, 1.0)
     text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
     advice = "smaller elements, or --adapt, make it less"
-    accuracy = replace(accuracy, error=error, path=solution.accuracy.path)
+    known = solution.accuracy
+    accuracy = replace(accuracy, error=error, path=known.path, unseen=known.unseen)
     large = new_finding("accuracy", f"{text}: {advice}", measured=error)
     return replace(solution, accuracy=accuracy).with_findings(
         [large] * bool(error > limit_of("accuracy"))

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
+from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
 from ...errors import the_body
 from ...geometry.rotation import lifted
@@ -36,7 +37,7 @@ BINS = 8
 BOUNDS = "friction_bound", "friction_coefficient"
 
 
-def missed_data(posed: Posed, meshes: Sequence[BoundaryMesh]) -> list[str]:
+def missed_data(posed: Posed, meshes: Sequence[BoundaryMesh], data: DataRemainders) -> list[str]:
     """Return a sentence for each given function of which a mesh misses a large share.
 
     The share is the integral of |f - f_h| over that of |f|, with the polynomials f_h of the
@@ -44,11 +45,11 @@ def missed_data(posed: Posed, meshes: Sequence[BoundaryMesh]) -> list[str]:
 
     Examples
     --------
-    >>> missed_data(posed, [*solution.meshes.values()])
+    >>> missed_data(posed, meshes, DataRemainders(posed.bodies, meshes))
     ["the body: its mesh misses 97 % of the traction on left, which varies within elements; use
     smaller elements there"]
     """
-    shares, data = dict[tuple[int, str, str], float](), DataRemainders(posed.bodies, meshes)
+    shares = dict[tuple[int, str, str], float]()
     for body in posed.bodies:
         for part, term in _given_terms(*body.conditions):
             key = body.number, term.kind, part
@@ -256,7 +257,7 @@ class DataRemainders:
 
     def __init__(self, bodies: Sequence[Body], meshes: Sequence[BoundaryMesh]) -> None:
         self._bodies, self._meshes = bodies, meshes
-        self._known: dict[tuple[int, str, Term], tuple[Array, float, float]] = {}
+        self._known: dict[tuple[int, str, Term], tuple[Array, float, float, float]] = {}
 
     def squares(self, number: int, step: int, contact: Mask) -> Array:
         """Return the squared error of p from each element of a body at the end of a step,
@@ -291,19 +292,32 @@ class DataRemainders:
         ]
         return max(errors, default=0.0)
 
-    def left(self, number: int, part: str, term: Term) -> tuple[Array, float, float]:
-        """Return the squared remainder on each element, its share of the data [-] and the error of
-        their integral over that of their size [-]; computed once."""
+    def unseen(self) -> dict[str, list[float]]:
+        """Return the largest given tractions that the meshes do not have, as `Accuracy.unseen`."""
+        result = dict[str, list[float]]()
+        for body in self._bodies:
+            names = self._meshes[body.number].part_names
+            found = dict.fromkeys(names, 0.0)
+            for part, term in _given_terms(*body.conditions):
+                if term.kind == "traction":
+                    found[part] = max(found[part], self.left(body.number, part, term)[3])
+            if any(found.values()):
+                result[body.name] = [found[name] for name in names]
+        return result
+
+    def left(self, number: int, part: str, term: Term) -> tuple[Array, float, float, float]:
+        """Return the squared remainder on each element, its share of the data [-], the error of
+        their integral over that of their size [-], and the largest; computed once."""
         key = number, part, term
         if key not in self._known:
             self._known[key] = self._looked_at(*key)
         return self._known[key]
 
-    def _looked_at(self, number: int, part: str, term: Term) -> tuple[Array, float, float]:
+    def _looked_at(self, number: int, part: str, term: Term) -> tuple[Array, float, float, float]:
         mesh = self._meshes[number]
         samples, nodes = samples_of_term(term, mesh, part), mesh.nodes_of(part)
         if samples is None:
-            return np.zeros(mesh.n_elements), 0.0, 0.0
+            return np.zeros(mesh.n_elements), 0.0, 0.0, 0.0
         nodal = np.zeros((mesh.n_nodes, mesh.components))
         normal = lifted(mesh.normal[nodes], mesh.components)
         at_nodes = term.near(mesh.sites(nodes), normal)
@@ -312,4 +326,5 @@ class DataRemainders:
         lost = float(np.linalg.norm(samples.weight @ left)) + samples.doubt
         size = float(samples.weight @ np.linalg.norm(samples.values, axis=1))
         square = samples.over_elements((left**2).sum(axis=1))
-        return square, samples.share(left, samples.values), lost / size if size else 0.0
+        share, most = samples.share(left, samples.values), float(lengths(left).max(initial=0.0))
+        return square, share, lost / size if size else 0.0, most

@@ -43,13 +43,15 @@ def change_of(
     number: Number,
     before: Number | None,
     stresses: dict[Key, NearStress],
+    left: float = 1.0,
 ) -> float:
-    """Return the error of a number by its difference on two meshes."""
+    """Return the error of a number by its difference on two meshes; `left` is how much of that is
+    taken to be left on the finer one."""
     if np.isinf(number.error):
         return number.error
     if stress_name(number):
         near = stresses.get(number.key)
-        return 0.0 if near is None else stress_change(solution, coarser, number, near)
+        return 0.0 if near is None else stress_change(solution, coarser, number, near, left)
     if before is None:
         return np.nan
     apart = float(np.abs(number.value - before.value).max())

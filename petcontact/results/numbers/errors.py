@@ -26,8 +26,9 @@ from .balance import balanced
 from .changes import FUNCTIONS, change_of, error_of_maximum
 from .number import ENERGY, Number
 from .path_errors import of_increments, path_errors
+from .peaks import stress_name
 from .printed import by_key, end_of, numbers_of, resultant
-from .stress_errors import stresses_near
+from .stress_errors import stresses_near, unseen
 
 
 def with_errors(solution: Evaluated) -> list[Number]:
@@ -63,14 +64,14 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         error, before = number.error, others[0][2].get(number.key)
         power = _power(solution, number) if solution.accuracy.estimates else 1.0
         for other, gain, there in others:
-            change = change_of(solution, other, number, there.get(number.key), stresses)
-            error = np.fmax(error, change / (max(gain**power, LEAST_GAIN) - 1.0))
+            left = 1.0 / (max(gain**power, LEAST_GAIN) - 1.0)
+            change = change_of(solution, other, number, there.get(number.key), stresses, left)
+            error = np.fmax(error, change * left)
         counted = (
             number.is_resultant or not np.isnan(number.exponent) or _at_singular(solution, number)
         )
         if counted and before is not None and not solution.accuracy.estimates:
-            apart = float(np.abs(number.value - before.value).max())
-            error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
+            error = np.fmax(error, np.abs(number.value - before.value).max() / (LEAST_GAIN - 1.0))
         if not np.isnan(number.exponent) and np.isnan(error):
             error = number.size  # the other mesh is too coarse for a K
         error += _shared(solution, number)
@@ -175,6 +176,7 @@ def _by_tails(solution: Evaluated, number: Number) -> Number:
     else:
         share = accuracy.error ** _power(solution, number)
         error = number.alone - of_increments(number) + share * size
+        error += float(unseen(solution, number, [""])[0]) if stress_name(number) else 0.0
     return number.known_to(error)
 
 

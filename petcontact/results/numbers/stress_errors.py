@@ -7,6 +7,7 @@ large.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,6 +30,9 @@ from .stress_samples import FINEST
 BESIDE, INSIDE = 4, 0.2
 """Places at which a stress is compared on the boundary, the nearest that there are, and how far
 apart they lie inside, over the distance to the boundary: stress varies no faster there."""
+SHEAR = math.sqrt(3.0)
+"""Largest stress over the largest traction of a narrow load: the von Mises stress of a shear. On a
+half plane a load 1/(1 + x²) of either direction makes no first principal one above 1.21."""
 RIVAL = 0.5 * TOP
 """As `TOP`, of what may be a top: whether something larger lies as far away as that hangs on where
 the samples of a mesh are. A first principal stress of 0.0043 was found with errors of 1e-2, 1e-3
@@ -82,6 +86,16 @@ def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, N
     return stresses
 
 
+def unseen(solution: Evaluated, number: Number, parts: Any) -> Array:
+    """How much stress (q,) given tractions cause that the functions of a mesh do not have, on parts
+    of the surface, or inside: no difference of two meshes shows them."""
+    given = solution.accuracy.unseen.get(number.of)
+    if given is None:
+        return np.zeros(len(parts))
+    of_part = dict(zip(solution.meshes[number.of].part_names, given, strict=True))
+    return SHEAR * np.array([of_part.get(part, max(given)) for part in parts])
+
+
 def _near(solution: Evaluated, number: Number, place: Array) -> NearStress:
     """The stress around the place of a number."""
     x, parts, spread, count, reach = _places(solution, number, place)
@@ -97,9 +111,12 @@ def _near(solution: Evaluated, number: Number, place: Array) -> NearStress:
 
 
 def stress_change(
-    solution: Evaluated, coarser: Evaluated, number: Number, near: NearStress
+    solution: Evaluated, coarser: Evaluated, number: Number, near: NearStress, left: float = 1.0
 ) -> float:
     """Return the error of a largest stress: its change at its place, around it and elsewhere.
+
+    Of these `left` times as much is left, as far as the meshes tell. At a place whose exponents are
+    known these tell it, in place of the meshes, where they say more.
 
     At a corner the stress may go on changing as slowly as it does in the last element. Where an
     element gains nothing on the other mesh, the difference tells no error: both owe it to the same
@@ -116,7 +133,9 @@ def stress_change(
         cut = not np.isnan(accuracy.resultants)  # panels that were not cut gain nothing
         least = near.spread if cut else accuracy.error * number.size * own
         same = _gains_nothing((solution, coarser), number.of, np.array([near.element, element]))
-        change = np.where(same, np.fmax(change, least), change) * np.fmax(near.halvings, 1.0)
+        change = np.where(same, np.fmax(change, least), change)
+        change *= np.fmax(near.halvings / max(left, 1.0), 1.0)
+    change = change + unseen(solution, number, near.parts) / left
     top, off = float(number.value[0]), float(np.nanmax(change[:count]))
     off = _rival(near, change, top + off) - top
     return float(max(off, np.ptp(now[:count])) if near.at_corner else off)
