@@ -328,11 +328,6 @@ class Problem(Bodies):
         )
 
     @property
-    def holds_normals(self) -> bool:
-        """Whether all normal displacements of contact are data of the bodies."""
-        return all(interface.holds_normal for interface in self.interfaces)
-
-    @property
     def boundaries(self) -> list[Boundary]:
         """The outline or surface of each body."""
         return list(map(self.outline, range(len(self.body))))
@@ -347,7 +342,7 @@ class Problem(Bodies):
         """
         if not self.interfaces:
             return "elastic"
-        held = self.holds_normals and all(i.law.normal != "bonded" for i in self.interfaces)
+        held = all(i.holds_normal and i.law.normal != "bonded" for i in self.interfaces)
         return "bilateral" if held and len(self.body) == 1 and not self.step else "contact"
 
     @property

@@ -18,19 +18,8 @@ LOWEST, HIGHEST = -300.0, -1e-15
 """Logarithms of the ratios that are distinguished from 0 and 1."""
 
 
-def dundurs_beta(poisson: float) -> float:
-    """β = (1-2ν)/(2(1-ν)) of an elastic body on a rigid one [-].
-
-    Examples
-    --------
-    >>> round(dundurs_beta(0.3), 6)
-    0.285714
-    """
-    return (1.0 - 2.0 * poisson) / (2.0 * (1.0 - poisson))
-
-
 def stick_ratio_in_the_plane(friction: float, beta: float) -> float:
-    """c/a from K(c/a)/K'(c/a) = µ/β.
+    """c/a from K(c/a)/K'(c/a) = µ/β, with β = (1-2ν)/(2(1-ν)) of an elastic body on a rigid one.
 
     Examples
     --------

@@ -127,7 +127,7 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
         # closed form: the zeros of sin((λ ± 1) angle)
         turns = (abs(k * math.pi / angle - 1.0) for k in range(1, 4))
         return min([1.0, *(turn for turn in turns if turn > NEAR)])
-    return _least(wedge(angle, kappa, first, second))
+    return least_exponent(wedge(angle, kappa, first, second))
 
 
 def shear_exponent(angle: float, first: bool, second: bool) -> float:
@@ -150,28 +150,17 @@ def shear_exponent(angle: float, first: bool, second: bool) -> float:
     return min(1.0, math.pi / angle / (1.0 if first == second else 2.0))
 
 
-@functools.lru_cache(maxsize=4096)
-def pair_exponent(
-    angles: tuple[float, float],
-    kappas: tuple[float, float],
-    stiffer: float,
-    friction: float,
-    beside: tuple[SideKind, SideKind] = (FREE, FREE),
-) -> float:
-    """Return the least real part in (0, 1) of the exponents at an edge of the contact of two
-    bodies, 1 if there is none; the arguments are those of `joint`.
+def least_exponent(matrix: Matrix) -> float:
+    """Return the least real part in (0, 1) of the exponents, 1 if there is none.
 
     Examples
     --------
     A block that sticks on a half-space of the same material is a notch of 270 degrees:
 
-    >>> round(pair_exponent((math.pi / 2.0, math.pi), (1.8, 1.8), 1.0, math.inf), 3)
+    >>> stuck = joint((math.pi / 2.0, math.pi), (1.8, 1.8), 1.0, math.inf)
+    >>> round(least_exponent(stuck), 3)
     0.544
     """
-    return _least(joint(angles, kappas, stiffer, friction, beside))
-
-
-def _least(matrix: Matrix) -> float:
     roots = exponents(matrix, NEAR, 1.0 - NEAR)
     return min([1.0, *(root.real for root in roots)])
 

@@ -15,7 +15,8 @@ from petcontact.refinement.corner_exponents import (
     SLIDING,
     corner_exponent,
     exponents,
-    pair_exponent,
+    joint,
+    least_exponent,
     wedge,
 )
 
@@ -120,9 +121,8 @@ def test_skew_rollers_against_complex_potentials(first, kind):
 def test_a_rigid_punch_with_friction_on_a_half_plane(friction):
     """α = 1/2 ∓ arctan(f (1-2ν)/(2(1-ν)))/π: K. L. Johnson, Contact mechanics (1985), ch. 2."""
     power = 0.5 - math.atan(friction * 0.4 / 1.4) / math.pi
-    assert 1.0 - pair_exponent(
-        (math.pi / 2.0, math.pi), (KAPPA, KAPPA), 1e-6, friction
-    ) == pytest.approx(power, abs=1e-3)
+    edge = joint((math.pi / 2.0, math.pi), (KAPPA, KAPPA), 1e-6, friction)
+    assert 1.0 - least_exponent(edge) == pytest.approx(power, abs=1e-3)
 
 
 def test_two_wedges_have_their_limits():
@@ -131,7 +131,7 @@ def test_two_wedges_have_their_limits():
     right = math.pi / 2.0
     stuck, smooth = (
         {
-            stiffer: pair_exponent((right, math.pi), (KAPPA, KAPPA), stiffer, way)
+            stiffer: least_exponent(joint((right, math.pi), (KAPPA, KAPPA), stiffer, way))
             for stiffer in (1.0, 1e6)
         }
         for way in (math.inf, 0.0)
@@ -142,12 +142,12 @@ def test_two_wedges_have_their_limits():
     assert smooth[1.0] == pytest.approx(
         0.774, abs=1e-3
     )  # Dundurs and Lee (1972), alike and without friction
-    assert pair_exponent((right, right), (KAPPA, KAPPA), 1.0, math.inf) == 1.0
+    assert least_exponent(joint((right, right), (KAPPA, KAPPA), 1.0, math.inf)) == 1.0
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_a_block_whose_end_slides_along_a_wall(friction):
     """With its image in the wall it is pressed by r^a on both sides of the corner, the half plane
     on one: 2 cot πa = 1/sin πa, a = λ - 1; normal displacements by equal shears are equal."""
-    found = pair_exponent((math.pi / 2.0, math.pi), (KAPPA, KAPPA), 1.0, friction, (SLIDING, FREE))
-    assert found == pytest.approx(2.0 / 3.0, abs=1e-4)
+    edge = joint((math.pi / 2.0, math.pi), (KAPPA, KAPPA), 1.0, friction, (SLIDING, FREE))
+    assert least_exponent(edge) == pytest.approx(2.0 / 3.0, abs=1e-4)

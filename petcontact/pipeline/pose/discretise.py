@@ -186,7 +186,7 @@ def discretise(
             resolved_bem(bem),
             meshes,
             *contact_sizes(problem.posed, meshes),
-            meshes[0].components - problem.holds_normals,
+            meshes[0].components - problem.posed.holds_normals,
         )
     refuse(check_stiffness(problem.posed))
     facings = facings_of(problem.interfaces, meshes) if like is None else like.facings
@@ -233,7 +233,7 @@ def _on_meshes(
                 0.0,
             )
         else:
-            own, far, notes = contact_interface(posed, meshes, facing, problem.holds_normals)
+            own, far, notes = contact_interface(posed, meshes, facing, problem.posed.holds_normals)
             findings += notes
         interfaces.append(own)
         distance.append(far)

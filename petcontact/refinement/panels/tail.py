@@ -33,12 +33,6 @@ FADE = 0.02
 errors fade out [-]."""
 
 
-def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
-    """Return the estimated error (m,) of the polynomials through nodal values, see
-    `Tails.errors`."""
-    return Tails(mesh, nodes).errors(values)
-
-
 class Tails:
     """Error estimates for nodal values on whole elements; the matrices of a mesh are computed once.
 

@@ -16,7 +16,7 @@ from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
-from ...refinement.panels.tail import tail
+from ...refinement.panels.tail import Tails
 from ...runtime.figure_style import STATES
 from ..body_fields import BodyFields
 from ..data import SolutionData
@@ -95,7 +95,8 @@ def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshi
 def traction_error(mesh: BoundaryMesh, result: BodyResult) -> Array:
     """Estimated error of the traction on each element, (n_elements,), see `panels.tail`
     [stress]."""
-    return np.asarray(tail(mesh, np.arange(mesh.n_nodes), result.traction)[mesh.first_node[:-1]])
+    at_nodes = Tails(mesh, np.arange(mesh.n_nodes)).errors(result.traction)
+    return np.asarray(at_nodes[mesh.first_node[:-1]])
 
 
 @functools.singledispatch

@@ -12,7 +12,7 @@ from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.refinement.panels.sides import Sides
-from petcontact.refinement.panels.tail import MARGIN, RIM, Tails, rim_distance, tail
+from petcontact.refinement.panels.tail import MARGIN, RIM, Tails, rim_distance
 
 BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
 
@@ -29,7 +29,7 @@ def test_legendre_polynomial_on_its_panel():
     """x² on panels of width h: P_2 of coefficient (h/2)² 2/3, whose mean square is 1/5."""
     mesh = box_mesh(BOX, lambda part: 0.25, 2, 1.0)
     nodes = mesh.nodes_of("top")
-    found, away = tail(mesh, nodes, mesh.x[nodes, :1] ** 2), inner(mesh, nodes)
+    found, away = Tails(mesh, nodes).errors(mesh.x[nodes, :1] ** 2), inner(mesh, nodes)
     assert found[away] == pytest.approx(MARGIN[2] * 0.125**2 * 2.0 / 3.0 / np.sqrt(5.0))
     assert found[~away].max() == pytest.approx(RIM * found[away].max())
 
@@ -38,7 +38,8 @@ def test_constant_elements_take_slopes_from_their_neighbours():
     for dim, mesh in ((3, box_mesh(BOX, lambda part: 0.25, 0, 1.0)), (2, meshes_of_order_0())):
         nodes = mesh.nodes_of("top")
         away = inner(mesh, nodes)
-        found = tail(mesh, nodes, np.column_stack([3.0 * mesh.x[nodes, 0], 4.0 * mesh.x[nodes, 0]]))
+        x = mesh.x[nodes, 0]
+        found = Tails(mesh, nodes).errors(np.column_stack([3.0 * x, 4.0 * x]))
         assert away.any() and found[away] == pytest.approx(
             MARGIN[0] * 5.0 * 0.25 / np.sqrt(12.0)
         ), dim
