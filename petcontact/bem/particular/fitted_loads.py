@@ -17,6 +17,7 @@ from ...given.tables.material import Material
 from ...given.values import Given
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.ring_mesh import RingMesh, TwistedRingMesh
+from ...record import Keeping
 from ...round_off import CHAINED
 from .fit import GRID, fitted, points_in, winding
 from .jumps import JumpingSolution, Pieces, pieces_of
@@ -33,7 +34,7 @@ LINES = (-0.764, -0.236, 0.0, 0.382, 0.9)
 
 
 @dataclass
-class FittedLoads:
+class FittedLoads(Keeping):
     """A body and its box, in which loads become polynomials."""
 
     material: Material
@@ -41,7 +42,6 @@ class FittedLoads:
     notes: list[str] = field(default_factory=list)
     missed: float = 0.0
     known: dict[tuple[Given, Pieces | None, int], Array] = field(default_factory=dict)
-    solved: dict[Loads, Solved | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.box = BOXES.get(type(self.mesh), BodyBox).around(self.mesh)
@@ -54,9 +54,7 @@ class FittedLoads:
     def solution(self, loads: Loads) -> Solved | None:
         """For the loads of one state, None where there are none; of the same loads the same
         object."""
-        if loads not in self.solved:
-            self.solved[loads] = None if loads.is_none else self._solution(loads)
-        return self.solved[loads]
+        return None if loads.is_none else self.once(loads, lambda: self._solution(loads))
 
     def _solution(self, loads: Loads) -> Solved:
         """Return the solution; where loads jump along curves, of the pieces between these."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.polynomial import chebyshev, legendre
 
 from ...arrays import Array, Index
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import Keeping
 
 NODES = 250
 """Nodes of the boundary at which inverse Laplacians are kept small, at most about."""
@@ -48,7 +49,7 @@ def up_to(p: Array, degree: float) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class BodyBox:
+class BodyBox(Keeping):
     """A box around a body, in which ξ = axes (x - centre)/half lies in [-1, 1]^d.
 
     Attributes
@@ -73,7 +74,6 @@ class BodyBox:
     weight: Array
     radius: float
     highest: ClassVar[float] = math.inf
-    inverses: dict[tuple[int, tuple[int, ...]], Array] = field(default_factory=dict)
 
     @classmethod
     def around(cls, mesh: BoundaryMesh) -> BodyBox:
@@ -134,10 +134,9 @@ class BodyBox:
         """
         result, n = np.zeros_like(p), degree(p)
         if p.any():
-            if (n, orders) not in self.inverses:
-                self.inverses[n, orders] = self._inverse(n, orders)
+            inverse = self.once((n, orders), lambda: self._inverse(n, orders))
             result[tuple(total_degrees(n + 2, p.ndim))] = (
-                self.inverses[n, orders] @ p[tuple(total_degrees(n, p.ndim))]
+                inverse @ p[tuple(total_degrees(n, p.ndim))]
             )
         return result
 

@@ -15,6 +15,7 @@ from ...contact.law_protocol import OPEN, SLIP
 from ...given.interface_data import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
+from ...record import Keeping
 from ...refinement.panels.cut_directions import directions
 from ...refinement.panels.panel_cuts import element_sizes, faded
 from ...refinement.panels.tail import FADE, Tails, rim_distance
@@ -47,7 +48,7 @@ everywhere [-]. By Cauchy and Schwarz resultants are then wrong by up to the err
 0.32 times it for a ring on a shaft."""
 
 
-class TailErrors:
+class TailErrors(Keeping):
     """Errors of a solution in space from its tails.
 
     Parameters
@@ -64,7 +65,6 @@ class TailErrors:
         self.solution, self._sides = solution, solution.posed.interfaces
         self.meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
         self._sizes = [element_sizes(mesh) for mesh in self.meshes]
-        self._of_gaps = dict[tuple[int, int], Array]()
 
     @functools.cached_property
     def tails(self) -> list[Tails]:
@@ -91,10 +91,7 @@ class TailErrors:
         gap, side = self._gaps[number], self._sides[number]
         if gap is None or self.solution.kind == "bilateral":
             return np.zeros(self.meshes[side.body].n_elements)
-        key, pair = (id(step), number), step.pairs[side.name]
-        if key not in self._of_gaps:
-            self._of_gaps[key] = gap.squares(pair)
-        return self._of_gaps[key]
+        return self.once((id(step), number), lambda: gap.squares(step.pairs[side.name]))
 
     def overlaps(self) -> list[list[tuple[Array, float]]]:
         """Return, for each body, where surfaces overlap on open elements, and the width of these
@@ -209,18 +206,13 @@ class TailErrors:
         return error, worst * error + self._unbalanced
 
     @functools.cached_property
-    def _uneven(self) -> float:
-        """The largest imbalance of the tractions [-]."""
-        residuals = [step.residuals["equilibrium"] for step in self.solution.steps]
-        return float(np.nan_to_num(residuals).max(initial=0.0))
-
-    @property
     def _unbalanced(self) -> float:
         """The largest imbalance of the tractions over a force that others balance [-].
 
         Such a force is at most half of the sum that the imbalance is a share of, and it may be off
         by all that is left."""
-        return 2.0 * self._uneven
+        residuals = [step.residuals["equilibrium"] for step in self.solution.steps]
+        return 2.0 * float(np.nan_to_num(residuals).max(initial=0.0))
 
     @property
     def _in_contact(self) -> Mask:

@@ -26,6 +26,7 @@ from ...given.sites import Sites
 from ...given.values import Given
 from ...mesh.approximation import Samples, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...record import Keeping
 from ...refinement.panels.panel_cuts import element_sizes, faded
 from ...results.records import PairResult
 from ...round_off import TINY
@@ -246,7 +247,7 @@ def gap_remainders(
     return remainders
 
 
-class DataRemainders:
+class DataRemainders(Keeping):
     """The remainders of displacements and tractions that are given on parts of bodies.
 
     Parameters
@@ -257,7 +258,6 @@ class DataRemainders:
 
     def __init__(self, bodies: Sequence[Body], meshes: Sequence[BoundaryMesh]) -> None:
         self._bodies, self._meshes = bodies, meshes
-        self._known: dict[tuple[int, str, Term], tuple[Array, float, float, float]] = {}
 
     def squares(self, number: int, step: int, contact: Mask) -> Array:
         """Return the squared error of p from each element of a body at the end of a step,
@@ -308,10 +308,7 @@ class DataRemainders:
     def left(self, number: int, part: str, term: Term) -> tuple[Array, float, float, float]:
         """Return the squared remainder on each element, its share of the data [-], the error of
         their integral over that of their size [-], and the largest; computed once."""
-        key = number, part, term
-        if key not in self._known:
-            self._known[key] = self._looked_at(*key)
-        return self._known[key]
+        return self.once((number, part, term), lambda: self._looked_at(number, part, term))
 
     def _looked_at(self, number: int, part: str, term: Term) -> tuple[Array, float, float, float]:
         mesh = self._meshes[number]

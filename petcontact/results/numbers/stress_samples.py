@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array, Mask, shown
 from ...fields.boundary.places import all_at, located, sizes, widths
 from ...fields.stress_state import StressState
+from ...record import Keeping
 from ...round_off import SUMMED, first_largest
 from ..evaluated import Evaluated
 from ..records import StepResult
@@ -56,7 +57,7 @@ ROUND = 25
 """Places on the arc about a place without a bound, first from side to side, then about the best."""
 
 
-class Samples:
+class Samples(Keeping):
     """Stress of a body after a step at samples: on its boundary first, then inside."""
 
     def __init__(self, solution: Evaluated, body: str, step: StepResult) -> None:
@@ -64,7 +65,7 @@ class Samples:
         self._fields = solution.body_fields(body, step)
         self.places = singular_places(solution, step)[body]
         self._near = dict[Hashable, StressState]()
-        self._rings = dict[tuple[str, Place], float]()
+
         self._found = dict[str, Array]()
         mesh = self._fields.mesh
         self._reach = {each: each.reach(mesh) for each in self.places}
@@ -130,10 +131,7 @@ class Samples:
 
     def _ring(self, key: str, place: Place) -> float:
         """The largest stress at samples about a place, looked for once."""
-        if (key, place) not in self._rings:
-            values = self._values(key)
-            self._rings[key, place] = level(place.away(self._x), place, values)
-        return self._rings[key, place]
+        return self.once((key, place), lambda: level(place.away(self._x), place, self._values(key)))
 
     def without_bound(self, name: str, place: Place) -> Number:
         """Return the number that says that a stress has no bound at a place, in no step."""

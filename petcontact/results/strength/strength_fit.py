@@ -11,6 +11,7 @@ r^λ, by what is wrong at the place itself, and by the terms that are left out.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 
@@ -20,7 +21,7 @@ from ...arrays import Array, Complex, Index
 from ...fields.boundary.places import sizes
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...record import record
+from ...record import Keeping, record
 from ...refinement.corner_modes import REGULAR, Expansion
 from ...round_off import HALF, SINGLE
 from ..body_fields import BodyFields
@@ -154,7 +155,7 @@ class Sides:
         return np.reshape(values, (-1, 3)).T
 
 
-class _NodesBeside:
+class _NodesBeside(Keeping):
     """The nodes on the two sides of a place, and the equations of all fits to what is there."""
 
     def __init__(self, mesh: BoundaryMesh, place: Place) -> None:
@@ -175,7 +176,7 @@ class _NodesBeside:
         # around a ring equilibrium is not that of the plane
         self._around = bool(np.any(mesh.images(place.x[None])[-1] != place.x))
         self._sides = np.stack([start == 0.0, start > 0.0], axis=1)
-        self._free = dict[tuple[Expansion, complex], Array]()  # of all fits
+
         end = 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
         self._end, self._size = max(end, place.core), place.size
 
@@ -223,10 +224,8 @@ class _NodesBeside:
         left_out, powers = REGULAR, self._powers(expansion)
         free = [(power, None) for power in powers]
         for power, coefficients in (*free[:1], *expansion.polluted, *free[1:]):
-            key = expansion, power
-            if key not in self._free:
-                self._free[key] = self._columns(expansion, power, coefficients)
-            more = self._free[key]
+            columns_of = functools.partial(self._columns, expansion, power, coefficients)
+            more = self.once((expansion, power), columns_of)  # of all fits
             if sum(each.shape[-1] for each in (*columns, more)) > most:
                 left_out = max(power, powers[0], key=lambda each: each.real).real
                 break
