@@ -71,7 +71,7 @@ class Projection:
     def _run(self, recorder: Recorder, first: float | Array, patience: int) -> ContactState:
         """Return the end of Algorithm 1 from ρ_0.
 
-        A run ends, too, if ρ has moved and it stalls.
+        A run ends, too, if it stalls and ρ has moved, or nothing moves.
         """
         law, rho, begin = recorder.law, first, len(recorder.history)
         start = recorder.iteration.start or (np.zeros_like(recorder.system.u_0),) * 2
@@ -86,7 +86,9 @@ class Projection:
             if (end := _settled(recorder, state, change)) is not None:
                 return end
             rho = self._updated(rules, law, rho, balance, len(recorder.history))  # (4.2), (4.3)
-            if _stalled(recorder.history.change[begin:], patience) and np.any(rho != first):
+            if _stalled(recorder.history.change[begin:], patience) and (
+                change == 0.0 or np.any(rho != first)
+            ):
                 return state
         return _unfinished(recorder, state)
 
@@ -163,7 +165,7 @@ def _unfinished(recorder: Recorder, state: ContactState) -> ContactState:
 def _stalled(changes: list[float], patience: int) -> bool:
     """Return whether the last changes are at least half of the least one before."""
     before, last = changes[:-patience], changes[-patience:]
-    return bool(before) and min(last) > min(before) / 2.0
+    return bool(before) and min(last) >= min(before) / 2.0
 
 
 def build(options: Method, rule: Rule | None) -> Projection:
@@ -172,10 +174,14 @@ def build(options: Method, rule: Rule | None) -> Projection:
 
 
 def _checked(rho: float, k: int) -> float:
-    if not (np.isfinite(rho) and rho > 0.0):
+    try:
+        number = float(rho)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not 0.0 < number < np.inf:
         raise SolverError(
             "iterate",
             f"the rule gave ρ = {rho} after iteration {k}",
             "a rule returns a positive number",
         )
-    return float(rho)
+    return number
