@@ -294,7 +294,8 @@ def slip_at_end(line: ContactLine, last: bool) -> float:
     distance = (line.breaks[-1] - line.s if last else line.s - line.breaks[0])[order]
     near = np.flatnonzero(element == element[0])
     sigma, bound = np.abs(line.sigma_t[order][near]), line.bound[order][near]
-    if len(near) < 2 or np.any(sign[near] != 0) or not np.all((sigma > 0.0) & (bound > 0.0)):
+    limited = (bound > 0.0) & (bound < np.inf)
+    if len(near) < 2 or np.any(sign[near] != 0) or not np.all((sigma > 0.0) & limited):
         return np.inf
     power, level = _fitted(np.log(distance[near]), np.log(sigma / bound), 1)
     if power > -0.05:
