@@ -114,6 +114,21 @@ def test_a_method_is_compared_on_the_path_that_it_takes(comm):
     assert solution.accuracy.error == adapt(block, comm=comm).accuracy.error
 
 
+def test_a_method_is_as_accurate_as_the_mesh(comm):
+    """A tolerance that nobody gave is what the accuracy needs; a given one is kept."""
+    loads = drawn("left", [12.7, 0.0]), drawn("right", [0.0, 0.0]), moved("top", [0.0, 0.0])
+    block = problem(
+        material=elastic(13_000.0, 0.45),
+        geometry=rectangle([0.0, 0.0], [2.0, 1.0]),
+        boundary=[closing("bottom", friction_bound=7.6), *loads],
+        method={"name": "projection"},
+    )
+    assert adapt(block, comm=comm).converged
+    kept = block.method.model_copy(update={"tolerance": 1e-6})
+    coarse = adapt(block.model_copy(update={"method": kept}), comm=comm)
+    assert "projection leaves an error" in coarse.reason
+
+
 def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):
     solution = adapt(example(1, **NEWTON), 1e-4, comm=comm)
     text = solution.verdict()

@@ -327,21 +327,44 @@ def _adapted(
     )
     estimate, broken_off = work.estimate, work.broken_off
     if own and not broken_off and solution.converged and estimate is not None:
-        last = estimate.tried.discrete  # its operators have the tolerance that was found there
-        changes = {"method": problem.method, "step": problem.step}
-        last = replace(last, problem=last.problem.model_copy(update=changes))
-        prepared = prepare(last.problem, comm, last, method=method, rule=rule)
-        exact = solution
-        try:
-            solution = run(prepared, monitor=callbacks[0])
-        finally:
-            prepared.close()
+        exact, how = solution, (estimate.tried, comm, method, rule, callbacks[0])
+        changes: dict[str, Any] = {"method": problem.method, "step": problem.step}
+        solution = _by_its_method(changes, *how)
         if solution.converged:
             work.left = apart_on_one_mesh(exact, solution)
+        # a tolerance that nobody gave is that which the accuracy needs, with a margin of 10
+        if (
+            work.error <= work.wanted.accuracy < work.left
+            and "tolerance" not in problem.method.model_fields_set
+        ):
+            changes["method"] = problem.method.model_copy(
+                update={
+                    "tolerance": 0.1 * problem.method.tolerance * work.wanted.accuracy / work.left
+                }
+            )
+            solution = _by_its_method(changes, *how)
+            work.left = apart_on_one_mesh(exact, solution) if solution.converged else work.left
     if work.trouble and math.isinf(work.error) and not broken_off:
         # there is one mesh only: estimate as on a mesh that the user fixed
         solution = with_estimate(solution, comm, law)
     return _finished(work, replace(solution, problem=problem), time.perf_counter() - began)
+
+
+def _by_its_method(
+    changes: Mapping[str, Any],
+    tried: Tried[Any],
+    comm: Comm,
+    method: GivenMethod | None,
+    rule: Rule | None,
+    monitor: Monitor | None,
+) -> Solution:
+    """Solve on the last mesh, whose operators have the tolerance that was found there."""
+    last = replace(tried.discrete, problem=tried.discrete.problem.model_copy(update=changes))
+    prepared = prepare(last.problem, comm, last, method=method, rule=rule)
+    try:
+        return run(prepared, monitor=monitor)
+    finally:
+        prepared.close()
 
 
 def _finished(work: AdaptiveSolve, solution: Solution, seconds: float) -> Solution:
