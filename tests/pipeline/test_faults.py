@@ -313,7 +313,7 @@ def test_a_ksp_that_fails_half_way_keeps_what_there_is(comm, tmp_path):
     assert again.reason == solution.reason and len(again.last.history.rho) == solution.iterations
 
 
-@pytest.mark.parametrize("value", [np.nan, 0.0])
+@pytest.mark.parametrize("value", [np.nan, 0.0, None, "far", 1j])
 def test_a_rule_that_gives_no_positive_number(comm, value):
     class Broken:
         def update(self, rho, balance):

@@ -104,7 +104,8 @@ class Method(Model):
         What counts as a change of ρ: w_k/ρ_k outside the window, or w_k itself, as the paper
         prints.
     tolerance : float
-        Tolerance of the stopping criterion [-].
+        Tolerance of the stopping criterion [-]. An adaptive solve takes a smaller one on its last
+        mesh where the accuracy needs it, unless this key is given.
     stop : {"both", "displacement", "residual"}
         What has to be below the tolerance: the relative change of displacement and traction
         ("both", the paper's), that of the displacement, or the residual of the law.
