@@ -188,12 +188,13 @@ def _chosen(places: list[int], groups: Groups, part: tuple[int, int] | None) -> 
 def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Comm) -> list[int]:
     """Places of the cases that need not be computed again; the ranks share the look at the logs."""
     logs = shared(world, folder.log_files)
-    finished = {}
-    for number in range(world.Get_rank(), len(logs), world.Get_size()):
-        finished[number] = {
+    finished = {
+        number: {
             row["digest"]: row["status"] != "failed" and DEPTH[row["keep"]] >= DEPTH[sweep.keep]
             for row, *_ in records(logs[number], check=True)
         }
+        for number in range(world.Get_rank(), len(logs), world.Get_size())
+    }
     gathered = world.gather(finished)
 
     def places() -> list[int]:

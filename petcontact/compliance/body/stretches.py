@@ -62,18 +62,16 @@ def stretches_of(
     equal, same = (
         np.logical_and.reduceat(which, mesh.first_node[:-1])[:-1] for which in (alike, beside)
     )
-    stretches = []
-    for first, last in runs(mesh, repeated(mesh) & equal):
-        if _repeats(mesh, operators, first, last):
-            stretches.append(
-                Stretch(
-                    int(mesh.first_node[first]),
-                    int(mesh.first_node[last]),
-                    int(mesh.order[first]) + 1,
-                    bool(same[first : last - 1].all()),
-                )
-            )
-    return stretches
+    return [
+        Stretch(
+            int(mesh.first_node[first]),
+            int(mesh.first_node[last]),
+            int(mesh.order[first]) + 1,
+            bool(same[first : last - 1].all()),
+        )
+        for first, last in runs(mesh, repeated(mesh) & equal)
+        if _repeats(mesh, operators, first, last)
+    ]
 
 
 def _near(vectors: Array, following: Index) -> Mask:

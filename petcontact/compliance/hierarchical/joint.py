@@ -50,14 +50,12 @@ class JointBodies:
             self.equations = MixedEquations(rows, Coupling(bodies, rows, interfaces, maps), comm)
             coupling, states = self.equations.coupling, bodies[0].data.states
             self.tolerance = min(body.tolerance for body in bodies if body.is_solved_jointly)
-            at_rest = [self.equations.at_rest]
-            for shares in np.eye(states)[1:]:
-                # what the solution at rest leaves is in S σ, too, and not in v: a thousandth is
-                # enough
-                at_rest.append(
-                    self.equations.elastic(self.equations.loads(shares), 1e-3 * self.tolerance)
-                )
-        self.at_rest = np.array([state.z for state in at_rest])
+            # what the solution at rest leaves is in S σ, too, and not in v: a thousandth is enough
+            later = [
+                self.equations.elastic(self.equations.loads(shares), 1e-3 * self.tolerance)
+                for shares in np.eye(states)[1:]
+            ]
+        self.at_rest = np.array([state.z for state in (self.equations.at_rest, *later)])
         self.base = np.array([coupling.seen @ z[coupling.met] for z in self.at_rest])
         self._last = self.equations.at_rest
         self._shares = np.zeros(states)

@@ -83,10 +83,9 @@ def _values(
 def _point_forces(body: Body, mesh: BoundaryMesh) -> tuple[Array, Array]:
     """Return the points (f, d) where forces act, and the forces in all load states (K, f, d)."""
     points = _inside(np.array(body.points).reshape(-1, mesh.dim), body, mesh)
-    forces = [np.zeros((len(points), mesh.components))]
-    for state in body.forces:
-        forces.append(np.array([f.force for f in state]).reshape(-1, mesh.components))
-    return points, np.array(forces) / mesh.depth
+    shape = len(points), mesh.components
+    later = [np.reshape([f.force for f in state], shape) for state in body.forces]
+    return points, np.array([np.zeros(shape), *later]) / mesh.depth
 
 
 def _components(

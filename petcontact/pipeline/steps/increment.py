@@ -241,9 +241,10 @@ class PreparedProblem:
         state to the end of step `number`."""
         kind, obstacles = self.system.motions, self.discrete.posed.obstacles_at[number]
         motions = [ObstacleMotion.from_obstacle(o, state, k, kind) for k, o in enumerate(obstacles)]
-        for side in self.preloaded:
-            motions.append(ObstacleMotion.from_law(side.laws[number], state, len(motions)))
-        return motions
+        return motions + [
+            ObstacleMotion.from_law(side.laws[number], state, k)
+            for k, side in enumerate(self.preloaded, len(motions))
+        ]
 
     def begun(self) -> IncrementState:
         """Return the unloaded state, before the first increment."""

@@ -292,12 +292,11 @@ def numbers_of(
     The largest stresses are among them if `peaks` is true. Of numbers that are only compared what
     fits of K leave uncertain is not looked for.
     """
-    numbers = list[Number]()
     # the increments of each step, in the first cycle and in later ones
     by_step = itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle))
     steps = [list(some) for at, some in by_step if ends is None or at in ends]
-    for increments in steps:
-        numbers += _OfStep(solution, increments, compared).all()
+    own = (_OfStep(solution, increments, compared).all() for increments in steps)
+    numbers = itertools.chain.from_iterable(own)
     return [*numbers, *(stress_peaks(solution, [each[-1] for each in steps]) if peaks else [])]
 
 

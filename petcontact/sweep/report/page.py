@@ -49,9 +49,11 @@ def html(
     )
     drawn = [(plot.caption, EMBEDDED + png(draw, table, plot)) for plot in plots]
     pictures = [("Plots", drawn)] if plots else []
-    for place in representatives(table):
-        if isinstance(solution := table.kept(place), Solution):
-            pictures.append((table.values("id")[place], _figures(solution)))
+    pictures += [
+        (table.values("id")[place], _figures(solution))
+        for place in representatives(table)
+        if isinstance(solution := table.kept(place), Solution)
+    ]
     return environment.get_template("report.html").render(
         title=table.title or "Sweep",
         counts=counts_line(table),
