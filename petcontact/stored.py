@@ -48,13 +48,13 @@ class Stored:
 
 
 @contextlib.contextmanager
-def foreign(path: str | Path, error: type[PetcontactError] = InputError) -> Iterator[None]:
+def foreign(path: str | Path) -> Iterator[None]:
     """A block in which a library reads a file: any of its exceptions is one of ours.
 
     Raises
     ------
-    PetcontactError
-        Of the given class, in one line.
+    InputError
+        One line: the file, and what is wrong with it.
     """
     try:
         yield
@@ -63,7 +63,7 @@ def foreign(path: str | Path, error: type[PetcontactError] = InputError) -> Iter
     except Exception as found:  # of readers that meet damage with whatever they run into
         reason = " ".join(f"{getattr(found, 'strerror', None) or found}".split())[:80]
         said = "cannot be read" if getattr(found, "errno", None) else "damaged"
-        raise error(f"{path}: {said} ({reason or type(found).__name__})") from None
+        raise InputError(f"{path}: {said} ({reason or type(found).__name__})") from None
 
 
 def check_declared(

@@ -81,7 +81,7 @@ class DenseCompliance(ContactCompliance):
 
     def __init__(self, matrix: Array, comm: Comm, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
-        shared = comm.getSize() == 1 or len(matrix) > ALONE or is_asked_for("")
+        shared = comm.getSize() == 1 or len(matrix) > ALONE or is_asked_for()
         self._comm = comm if shared else petsc().COMM_SELF
         self._matrix = np.asfortranarray(matrix)
         first, last = even_ranges(len(matrix), self._comm.getSize())[self._comm.getRank()]

@@ -70,7 +70,7 @@ def shared_by(cases: int, operator: ContactCompliance, size: int, comm: Comm) ->
 
     It is S itself if the user gave options for the KSP.
     """
-    if not shares(cases, size) or comm.getSize() > 1 or is_asked_for(""):
+    if not shares(cases, size) or comm.getSize() > 1 or is_asked_for():
         return operator
     with stage("factor"):
         return HessenbergCompliance(operator, comm)

@@ -133,9 +133,7 @@ def over_traction(left: float, traction: float) -> float:
     return left / traction if traction > 0.0 else float(left > 0.0)
 
 
-def displaced_by(
-    system: ContactSystem, v: Array, sigma: Array, pairs: Sequence[slice], share: float = FLOOR
-) -> Array:
+def displaced_by(system: ContactSystem, v: Array, sigma: Array, pairs: Sequence[slice]) -> Array:
     """Return the displacement that tractions cause at their nodes, without rigid motions, (m, k)
     [length].
 
@@ -146,7 +144,7 @@ def displaced_by(
     moved = np.array(v - system.u_0 if system.modes is None else system.apply(sigma))
     sizes = [float(np.abs(moved[pair]).max(initial=0.0)) for pair in pairs]
     for pair, size in zip(pairs, sizes, strict=True):
-        if size < share * max(sizes) and sigma[pair].any():
+        if size < FLOOR * max(sizes) and sigma[pair].any():
             alone = np.zeros_like(sigma)
             alone[pair] = sigma[pair]
             own = without_motions(system, system.apply(alone))[pair]

@@ -40,12 +40,10 @@ def _free_all() -> None:
     _UNCLOSED.clear()
 
 
-def is_asked_for(prefix: str) -> bool:
-    """Whether options speak of the KSP of a prefix; -help is one, which lists what there is."""
-    return any(
-        name == "help" or name.startswith((f"{prefix}ksp_", f"{prefix}pc_"))
-        for name in given_options()
-    )
+def is_asked_for() -> bool:
+    """Whether options speak of the KSP without a prefix; -help is one, which lists what there
+    is."""
+    return any(name == "help" or name.startswith(("ksp_", "pc_")) for name in given_options())
 
 
 def _looks_at_matrix(prefix: str) -> bool:

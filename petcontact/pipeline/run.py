@@ -137,9 +137,7 @@ def _named(method: GivenMethod | None, rule: Rule | None) -> dict[str, str]:
     }
 
 
-def run(
-    problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bool = True
-) -> Solution:
+def run(problem: PreparedProblem, *, monitor: Monitor | None = None) -> Solution:
     """The steps of a prepared problem.
 
     A solve that fails, or that the monitor ends, keeps its last iterate and the increments before
@@ -150,7 +148,7 @@ def run(
     SolverError
         If there is no iterate to keep.
     """
-    return with_report(problem, unreported(problem, monitor, checked=checked))
+    return with_report(problem, unreported(problem, monitor))
 
 
 Coarse = tuple[PreparedProblem, Solution]

@@ -113,24 +113,24 @@ class Blocks(Rows):
     far: Mask
 
 
-def are_far(tree: Clusters, row: Index, column: Index, eta: float = ETA) -> Mask:
-    """Return whether the smaller diameter is at most η times the distance of the boxes."""
+def are_far(tree: Clusters, row: Index, column: Index) -> Mask:
+    """Return whether the smaller diameter is at most `ETA` times the distance of the boxes."""
     gap = np.maximum(
         np.maximum(tree.low[row] - tree.high[column], tree.low[column] - tree.high[row]), 0.0
     )
     diameter = np.linalg.norm(tree.high - tree.low, axis=1)
     distance = np.linalg.norm(gap, axis=1)
     return np.asarray(
-        (distance > 0.0) & (np.minimum(diameter[row], diameter[column]) <= eta * distance)
+        (distance > 0.0) & (np.minimum(diameter[row], diameter[column]) <= ETA * distance)
     )
 
 
-def block_tree(tree: Clusters, eta: float = ETA) -> Blocks:
+def block_tree(tree: Clusters) -> Blocks:
     """Return the blocks between all pairs of nodes, ordered by their rows."""
     root = np.zeros(1, dtype=np.int64)
     blocks, finished, leaf = Blocks(root, root, root > 0), list[Blocks](), tree.children[:, 0] < 0
     while len(blocks.row):
-        far = are_far(tree, blocks.row, blocks.column, eta)
+        far = are_far(tree, blocks.row, blocks.column)
         blocks = Blocks(blocks.row, blocks.column, far)
         done = far | (leaf[blocks.row] & leaf[blocks.column])
         finished.append(blocks.take(done))
