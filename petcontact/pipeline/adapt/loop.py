@@ -15,7 +15,7 @@ import functools
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -374,7 +374,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, seconds: float) -> Soluti
     record = _accuracy(work, solution, error)
     reason, findings = solution.reason, list[Finding]()
     if solution.converged:
-        findings = _shortcomings(work, solution, error, record.meshes_differ)
+        findings = [*_shortcomings(work, solution, error, record.meshes_differ)]
         status, reason = judged(findings, reason)
     else:
         status = solution.status
@@ -436,7 +436,7 @@ def _before_last(work: AdaptiveSolve) -> Solution | None:
 
 def _shortcomings(
     work: AdaptiveSolve, solution: Solution, error: float, differ: str
-) -> list[Finding]:
+) -> Iterator[Finding]:
     """Find what a converged solution lacks.
 
     It may miss given data, the problem's own method may be inaccurate, or its error may exceed the
@@ -444,23 +444,27 @@ def _shortcomings(
     """
     accuracy, trouble = work.wanted.accuracy, work.trouble
     if work.missed > 0.0:
-        text = f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
-        advice = "check expressions for values without a bound on their parts"
-        return [new_finding("missed data", text, advice=advice, measured=work.missed)]
-    if work.error <= accuracy < error:
-        text = (
-            f"{solution.provenance.method} leaves an error of {work.left:.1e} on the last mesh, "
-            f"which semismooth-newton solves to {work.error:.1e}"
+        yield new_finding(
+            "missed data",
+            f"no mesh resolves the given data: {work.missed:.1e} of them is missed",
+            advice="check expressions for values without a bound on their parts",
+            measured=work.missed,
         )
-        return [new_finding("method error", text, measured=work.left, limit=accuracy)]
-    if not error > accuracy:
-        return []
-    # the default may be missed with a warning, whoever wrote it
-    usual = accuracy == work.strategy.accuracy and not work.broken_off
-    tolerable = says_something(error) and trouble and usual
-    kind = "accuracy" if tolerable else "accuracy wanted"
-    text = trouble
-    if not (trouble and work.wanted.asked) or work.exhausted:
-        differences = work.estimate.differences if work.estimate else []
-        text = short_of(error, work.wanted, trouble, differences, differ)
-    return [new_finding(kind, text, measured=error, limit=accuracy)]
+    elif work.error <= accuracy < error:
+        yield new_finding(
+            "method error",
+            f"{solution.provenance.method} leaves an error of {work.left:.1e} on the last mesh, "
+            f"which semismooth-newton solves to {work.error:.1e}",
+            measured=work.left,
+            limit=accuracy,
+        )
+    elif error > accuracy:
+        # the default may be missed with a warning, whoever wrote it
+        usual = accuracy == work.strategy.accuracy and not work.broken_off
+        tolerable = says_something(error) and trouble and usual
+        text = trouble
+        if not (trouble and work.wanted.asked) or work.exhausted:
+            differences = work.estimate.differences if work.estimate else []
+            text = short_of(error, work.wanted, trouble, differences, differ)
+        kind = "accuracy" if tolerable else "accuracy wanted"
+        yield new_finding(kind, text, measured=error, limit=accuracy)
