@@ -240,7 +240,7 @@ def _given(meshes: Meshes, ends: set[str]) -> dict[str, list[str]]:
     far = far or [end for end in every if end[0] != first]
     given = {first: _displaced(held, [0.0] * dim)}
     if far:
-        end = max(far, key=lambda end: _rounded(np.linalg.norm(centres[end] - place)))
+        end = max(far, key=lambda end: _rounded(float(np.linalg.norm(centres[end] - place))))
         given[end[0]] = given.get(end[0], []) + _moved(meshes, end, place, moves=end in free)
     return given
 
@@ -269,7 +269,7 @@ def _back(mesh: BoundaryMesh, free: list[str]) -> str:
         return _rounded(
             -float(front @ (mesh.weight[own] @ mesh.normal[own])) / _area(mesh, part)
             if np.linalg.norm(front) > 0.5
-            else np.linalg.norm(_centre(mesh, part) - middle)
+            else float(np.linalg.norm(_centre(mesh, part) - middle))
         )
 
     return max(free, key=away)

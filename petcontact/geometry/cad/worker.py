@@ -161,6 +161,7 @@ def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, object]]:
     # a user's .gmshrc would change the mesh; signals stay Python's
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     opened = False
+    answer: dict[str, object]
     for request in requests:
         try:
             if not opened:
