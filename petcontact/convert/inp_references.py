@@ -72,8 +72,8 @@ def references_of(read: Any) -> list[Reference]:
             read.covering[surface] = {n for word in nodes for n in file.members(word)}
         rows = [row[listed:] for row in keyword.rows if keyword.name.startswith("KINEMATIC")]
         if node and surface and _follows(rows, file):
-            own, turning = (file.members(word)[0] for word in (node, given.get("ROT NODE", node)))
-            found.append(Reference(f"node{own}", kind, own, turning, surface))
+            ends = [file.members(word)[0] for word in (node, given.get("ROT NODE", node))]
+            found.append(Reference(f"node{ends[0]}", kind, ends[0], ends[1], surface))
         else:
             read.note(keyword, MISSING)
     return found
