@@ -70,7 +70,9 @@ class OperatorRobin:
         recorder = Recorder(law, system, iteration)
         try:
             while not recorder.exhausted:
-                step = box_problem(inner, law, v - surrogate.apply(sigma), tau, sigma)
+                # friction that turns or grows with p need not come to an end
+                base, limit = v - surrogate.apply(sigma), iteration.max_iterations
+                step = box_problem(inner, law, base, tau, sigma, limit)
                 tau, old = step.linearised.tau, (v, sigma)
                 dsigma, dv = _change(
                     solver, -self.omega * surrogate.apply(sigma - step.sigma), stuck, system, sigma
