@@ -188,30 +188,3 @@ def test_a_run_ends_where_the_law_holds_in_each_group():
     fixed = {"name": "projection", "rule": "fixed"}
     found = solve(parse(Problem, pressed | {"method": fixed}, "test"))
     assert found.converged and found.last.residuals["tangential"] < 1e-3
-
-
-def test_what_friction_allows_in_the_metric_of_t_need_not_come_to_an_end():
-    """A hub with interference that is turned on its shaft: the inner problem of operator-robin had no
-    end, and no signal was answered."""
-    size, soft = {"element_size": 0.25}, {"young_modulus": 1450.0, "poisson_ratio": 0.45}
-    places = {"shaft": ([0.0, -1.0], [0.5, 2.0]), "hub": ([0.5, 0.0], [1.0, 1.0])}
-    held = {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}
-    turned = {"part": "right", "condition": "traction", "value": [0.0, 0.0, 0.0]}
-    table = {
-        "symmetry": "axial",
-        "body": [
-            {"name": name, "material": soft, "mesh": size, "boundary": [condition]}
-            | {"geometry": {"shape": "rectangle", "lower_left": lower, "upper_right": upper}}
-            for (name, (lower, upper)), condition in zip(
-                places.items(), (held, turned), strict=True
-            )
-        ],
-        "contact": [{"name": "fit", "secondary": "hub.left", "primary": "shaft.right"}],
-        "step": [
-            {"increments": 1, "boundary": [{"body": "hub", "part": "right", "value": value}]}
-            for value in ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0197])
-        ],
-        "method": {"name": "operator-robin", "omega": 0.5, "max_iterations": 20},
-    }
-    table["contact"][0] |= {"interference": 5.67e-4, "friction_coefficient": 0.6}
-    assert not solve(parse(Problem, table, "test")).converged

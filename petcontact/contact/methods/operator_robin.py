@@ -71,8 +71,9 @@ class OperatorRobin:
         try:
             while not recorder.exhausted:
                 # friction that turns or grows with p need not come to an end
-                base, limit = v - surrogate.apply(sigma), iteration.max_iterations
-                step = box_problem(inner, law, base, tau, sigma, limit)
+                step = box_problem(
+                    inner, law, v - surrogate.apply(sigma), tau, sigma, iteration.max_iterations
+                )
                 tau, old = step.linearised.tau, (v, sigma)
                 dsigma, dv = _change(
                     solver, -self.omega * surrogate.apply(sigma - step.sigma), stuck, system, sigma
