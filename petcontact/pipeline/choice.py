@@ -285,20 +285,25 @@ def _eliminated_seconds(mesh: BoundaryMesh, contact: int) -> float:
 
 
 def dense_memory(
-    unknowns: Sequence[int], contact: Sequence[int], total: int, ranks: int = 1
+    unknowns: Sequence[int],
+    contact: Sequence[int],
+    total: int,
+    ranks: int = 1,
+    closed: float = 1.0,
 ) -> float:
     """Predicted peak of dense elimination and of a Newton step, of all ranks together [bytes];
     measured ones were within a tenth.
 
     Of a body with q unknowns and m of contact the factors, contact columns and S stay, and while
     they are made once more S and, on one rank, the columns; a Newton step holds S of all `total`
-    contact unknowns, the block of closed ones, and its factors. Ranks share the factors and the
-    columns; each has S and the Newton step.
+    contact unknowns, the block of the share of them that is closed, and its factors. Ranks share
+    the factors and the columns; each has S and the Newton step.
     """
     pairs = [*zip(unknowns, contact, strict=True)]
     stays = sum(q * q + m * q + 2 * ranks * m * m for q, m in pairs)
     made = max((m * q * (ranks == 1) + ranks * m * m for q, m in pairs), default=0)
-    return 8.0 * (stays + max(made, ranks * NEWTON * total * total))
+    step = total * total * (1.0 + (NEWTON - 1) * closed**2)
+    return 8.0 * (stays + max(made, ranks * step))
 
 
 def check_memory(
@@ -307,6 +312,7 @@ def check_memory(
     total: int,
     compressed: float = 0.0,
     ranks: int = 1,
+    closed: float = 1.0,
 ) -> float:
     """The memory that dense bodies and compressed ones take together, on all ranks [bytes].
 
@@ -315,7 +321,9 @@ def check_memory(
     InputError
         If the predicted peak is larger than the memory.
     """
-    needed = compressed + (dense_memory(unknowns, contact, total, ranks) if unknowns else 0.0)
+    needed = compressed + (
+        dense_memory(unknowns, contact, total, ranks, closed) if unknowns else 0.0
+    )
     there = physical_memory()
     if needed > there and not unknowns:
         raise InputError(
@@ -333,10 +341,15 @@ def check_memory(
 
 
 def needed_memory(
-    bem: Bem, meshes: Sequence[BoundaryMesh], contact: Sequence[int], total: int, directions: int
+    bem: Bem,
+    meshes: Sequence[BoundaryMesh],
+    contact: Sequence[int],
+    total: int,
+    directions: int,
+    closed: float = 1.0,
 ) -> float:
     """What `check_memory` gives of bodies with so many contact nodes, of the secondaries `total`,
-    in k directions each."""
+    in k directions each, of which a share is closed."""
     ways = [compression_of(bem, mesh) for mesh in meshes]
     large = sum(
         way.memory(mesh, touching)
@@ -349,6 +362,7 @@ def needed_memory(
         [directions * contact[b] for b in small],
         directions * total if small else 0,
         compressed=large,
+        closed=closed,
     )
 
 

@@ -96,7 +96,7 @@ def eliminated(
     else:
         bodies = [_compressed(discrete, b, bem, comm, progress) for b in range(len(meshes))]
     dense = [b for b, body in enumerate(bodies) if body is None]
-    check_memory(*_sizes(discrete, dense), ranks=comm.getSize())
+    check_memory(*_sizes(discrete, dense), ranks=comm.getSize(), closed=newton.closed)
     for b in dense:
         bodies[b] = eliminated_alone(discrete, b, comm)
     complete = [body for body in bodies if body is not None]
@@ -113,7 +113,8 @@ def _announced(discrete: Discrete, bem: Bem, announce: Announce | None, newton: 
     """Refuse what does not fit the machine, and tell the size of what does."""
     meshes, nodes = discrete.meshes, sum(len(interface.nodes) for interface in discrete.interfaces)
     contact = [data.contact_shape for data in discrete.data]
-    needed = needed_memory(bem, meshes, [m for m, _ in contact], nodes, contact[0][1])
+    parts = [m for m, _ in contact]
+    needed = needed_memory(bem, meshes, parts, nodes, contact[0][1], newton.closed)
     if announce is None:
         return silent
     costly = has_compressed(bem, meshes) and nodes > MOST_NODES
