@@ -95,7 +95,7 @@ def _converted(source: str, target: Path) -> dict[str, str]:
     needed."""
     import sys
 
-    from ..convert.assembly import proposed
+    from ..convert.assembly import proposed, with_contacts
     from ..convert.inp_problem import convert_inp
     from ..geometry.cad.part import is_cad
     from ..given.tables.base import regular_file
@@ -110,7 +110,7 @@ def _converted(source: str, target: Path) -> dict[str, str]:
             f"--from {source}: must end in .inp (Abaqus, CalculiX), .step, .iges, .brep or .msh"
         )
     config = (
-        convert_inp(source, target.name)
+        with_contacts(convert_inp(source, target.name))
         if suffix == ".inp"
         else proposed(str(regular_file(source, LARGEST_MESH)), target)
     )

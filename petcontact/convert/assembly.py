@@ -6,7 +6,9 @@ from __future__ import annotations
 import functools
 import json
 import os
+import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +71,25 @@ def proposed(source: str, target: Path) -> Converted:
         lines += _body(name, {"shape": "gmsh", **keys[name]}, mesh, ends, given)
     lines += _contacts(pairs, _gaps(pairs, meshes, solids), given)
     return Converted("\n".join([*lines, ""]), notes=notes)
+
+
+def with_contacts(found: Converted) -> Converted:
+    """Return the problem of an input file; where it has no contact, those of faces that are near
+    each other as proposals."""
+    if "[[contact]]" in found.toml or len(found.meshes) < 2:
+        return found
+    meshes = Meshes()
+    with tempfile.TemporaryDirectory(prefix="petcontact-") as folder, suppress(InputError):
+        for file, text in found.meshes.items():
+            (Path(folder) / file).write_text(text)
+            solid = Gmsh(str(Path(folder) / file)).outline()
+            meshes[file.rpartition("-")[2].removesuffix(".msh")] = _mesh(solid)
+    pairs = touching(meshes)
+    if not pairs:
+        return found
+    lines = [f"#>{line}" if line else line for line in _contacts(pairs, {}, {})]
+    note = "bodies are near each other and no *CONTACT PAIR says how they touch: see #> at the end"
+    return Converted("\n".join([found.toml, *lines, ""]), found.meshes, [*found.notes, note])
 
 
 def _head(source: str, title: str, bodies: int, contacts: int, notes: list[str]) -> list[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from inp_decks import grid
 
 from petcontact import Box, load, solve
 from petcontact.commands.main import main
@@ -55,6 +56,24 @@ def test_two_bodies_of_a_mesh_are_solved_after_one_edit(tmp_path, monkeypatch, c
     assert solution.converged
     assert solution.pairs["contact1"].force[1] != 0.0
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("kind", "apart", "count"), [("CPE4", 0, 1), ("C3D8", 0, 1), ("CPE4", 1, 0)]
+)
+def test_a_deck_without_contact_gets_proposals(kind, apart, count, tmp_path, monkeypatch, capsys):
+    d = 3 if kind == "C3D8" else 2
+    text = []
+    for first, low in ((1, 0.0), (101, 1.0 + apart)):
+        lower = [0.0] * (d - 1) + [low]
+        text += grid(lower, [x + 1.0 for x in lower], (2,) * d, first, first, kind, "ALL")[0]
+    text += ["*MATERIAL, NAME=M", "*ELASTIC", "1., 0.", "*SOLID SECTION, ELSET=ALL, MATERIAL=M"]
+    monkeypatch.chdir(tmp_path)
+    Path("deck.inp").write_text("\n".join(text))
+    assert main(["init", "deck", "--from", "deck.inp"]) == 0
+    assert "no *CONTACT PAIR" in capsys.readouterr().err or not count
+    Path("deck.toml").write_text(Path("deck.toml").read_text().replace("#>", ""))
+    assert len(load("deck.toml").interfaces) == count
 
 
 def test_bodies_that_are_far_apart_are_named(tmp_path, monkeypatch, capsys):
