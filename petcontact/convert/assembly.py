@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import tempfile
+import tomllib
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -76,7 +77,7 @@ def proposed(source: str, target: Path) -> Converted:
 def with_contacts(found: Converted) -> Converted:
     """Return the problem of an input file; where it has no contact, those of faces that are near
     each other as proposals."""
-    if "[[contact]]" in found.toml or len(found.meshes) < 2:
+    if tomllib.loads(found.toml).get("contact") or len(found.meshes) < 2:
         return found
     meshes = Meshes()
     with tempfile.TemporaryDirectory(prefix="petcontact-") as folder, suppress(InputError):
