@@ -56,7 +56,7 @@ class Criterion:
 
 
 def balanced(
-    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0
+    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array
 ) -> tuple[float | Array, float, float]:
     """Return ρ = ‖σ‖/‖displacement‖, ‖displacement‖ and ‖σ‖.
 
@@ -70,12 +70,12 @@ def balanced(
     strained = 0.0 if system.modes is None else contact_norm(system.apply(sigma), weight)
     if len(groups) == 1:
         (moved, _), (traction, _), (free, _) = group_norms(weight, groups, v, sigma, system.u_0)
-        return ratio(max(moved, FLOOR * max(free, strained)), traction, fallback), moved, traction
+        return ratio(max(moved, FLOOR * max(free, strained)), traction, 1.0), moved, traction
     (moved, *parts), (traction, *tractions) = group_norms(
         weight, groups, moves(law, system, v), sigma
     )
     floor = FLOOR * max(moved, strained)
-    common = ratio(max(moved, floor), traction, fallback)
+    common = ratio(max(moved, floor), traction, 1.0)
     rho = np.empty(law.k)
     for group, part, own in zip(groups, parts, tractions, strict=True):
         rho[group] = ratio(max(part, floor), own, common)

@@ -208,10 +208,8 @@ def _steps_of(solution: Solution, discrete: Discrete) -> Newton:
         nodes = discrete.meshes[interface.body].x[interface.nodes]
         near = scipy.spatial.cKDTree(pairs[0].x).query(nodes)[1]
         closed.append(np.array([pair.state[near] != OPEN for pair in pairs]))
-    share, steps = (
-        np.hstack(closed).mean(axis=1),
-        [max(step.iterations, 1) for step in solution.steps],
-    )
+    share = np.hstack(closed).mean(axis=1)
+    steps = [max(step.iterations, 1) for step in solution.steps]
     # of increments the operations count, which are as the cube of what is closed
     mean = float(np.average(share**3, weights=steps) ** (1.0 / 3.0))
     return Newton(float(np.mean(steps)), mean)
