@@ -14,11 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.spatial
 
-from ..arrays import Array, Index, shown
+from ..arrays import Array, shown
 from ..errors import InputError
-from ..geometry.cad.part import CadSurface, apart, is_cad, solids_of
+from ..geometry.cad.part import CadSurface, is_cad, solids_of
 from ..geometry.gmsh import read_msh
 from ..geometry.gmsh_bodies import bodies_of
 from ..geometry.outline import Outline
@@ -29,26 +28,13 @@ from ..mesh.panelling import facet_mesh
 from ..model.shapes.files import Gmsh
 from ..round_off import WRITTEN
 from ..untyped import Keyed
-from .inp_forces import connected
 from .inp_problem import Converted
+from .touching_parts import Ends, Meshes, area, centre, gaps_of, touching
 
-NEAR = 0.3
-"""Distance of two parts, over the size of the smaller one of their cells, up to which they may
-touch. The chords of cells on a circle, eight around it, lie 0.1 of their size off it."""
-OPPOSED = -0.7
-"""Product of the normals of parts that face each other: within 45 degrees."""
-FEWEST = 3
-"""Nodes of a part that lie beside another one; parts that meet at a corner have fewer."""
-NEIGHBOURS = 6
-"""Nodes of the other body that are looked at: those of the nearest cell and of its neighbours."""
-SAME_AXIS = 1e-2
-"""Sine between axes, and their distance over the size of a body, that are cells' only."""
 PER_SIDE = 60
 """Elements along the diagonal of a plane body."""
 PUSHED = "#>[body.loads]"
 """First line of what pushes a body that nothing but contact holds."""
-Meshes = dict[str, BoundaryMesh]
-Ends = tuple[list[str], list[str]]
 
 
 def proposed(source: str, target: Path) -> Converted:
@@ -70,7 +56,7 @@ def proposed(source: str, target: Path) -> Converted:
     for name, mesh in meshes.items():
         keys[name] = {"file": os.path.relpath(source, target.parent), **keys[name]}
         lines += _body(name, {"shape": "gmsh", **keys[name]}, mesh, ends, given)
-    lines += _contacts(pairs, _gaps(pairs, meshes, solids), given)
+    lines += _contacts(pairs, gaps_of(pairs, meshes, solids), given)
     return Converted("\n".join([*lines, ""]), notes=notes)
 
 
@@ -145,113 +131,11 @@ def _(boundary: Outline) -> BoundaryMesh:
     return mesh_outline(boundary, MeshOptions(element_size=size, order=1))
 
 
-def touching(meshes: Meshes) -> list[Ends]:
-    """Return the parts "body.part" of each two bodies that may touch, those with less area first:
-    in one pair what hangs together.
-
-    A node is near another body where one of its nearest nodes there has an opposite normal, and a
-    tangent plane that is closer than `NEAR`.
-    """
-    names, result = list(meshes), list[Ends]()
-    for a, one in enumerate(names):
-        for two in names[a + 1 :]:
-            found = _near(meshes[one], meshes[two])
-            found |= {(part, other) for other, part in _near(meshes[two], meshes[one])}
-            for group in _together(found):
-                sides = [
-                    (body, sorted({pair[k] for pair in group})) for k, body in enumerate((one, two))
-                ]
-                sides.sort(key=lambda side: sum(_area(meshes[side[0]], part) for part in side[1]))
-                ends = [[f"{body}.{part}" for part in own] for body, own in sides]
-                result.append((ends[0], ends[1]))
-    return result
-
-
-def _together(pairs: set[tuple[str, str]]) -> list[list[tuple[str, str]]]:
-    """Return pairs of parts, those that share a part in one list."""
-    numbers = {end: k for k, end in enumerate({(k, p[k]) for p in sorted(pairs) for k in (0, 1)})}
-    return connected({pair: [numbers[k, pair[k]] for k in (0, 1)] for pair in sorted(pairs)})
-
-
-def _gaps(pairs: list[Ends], meshes: Meshes, solids: dict[str, Any]) -> dict[int, float]:
-    """Return the gaps of pairs of round faces about one axis [length], which cells of the two do
-    not show as exactly."""
-    single = {
-        k: tuple(end[0].partition(".")[::2] for end in ends)
-        for k, ends in enumerate(pairs)
-        if len(ends[0]) == len(ends[1]) == 1
-    }
-    along = {
-        k: (solids[a], p, solids[b], q)
-        for k, ((a, p), (b, q)) in single.items()
-        if isinstance(solids[a], CadSurface) and _are_coaxial(meshes[a], p, meshes[b], q)
-    }
-    found = apart([*along.values()]) if along else []
-    return {k: gap for k, gap in zip(along, found, strict=True) if np.isfinite(gap)}
-
-
-def _are_coaxial(one: BoundaryMesh, part: str, two: BoundaryMesh, other: str) -> bool:
-    """Return whether parts are round all along an axis, the same one."""
-    axes = [_axis(one, part), _axis(two, other)]
-    if axes[0] is None or axes[1] is None:
-        return False
-    off, size = _centre(one, part) - _centre(two, other), np.ptp(one.x, axis=0).max()
-    across = [np.cross(axes[0], axes[1]), np.cross(axes[0], off) / size]
-    return bool(np.abs(across).max() < SAME_AXIS)
-
-
-def _axis(mesh: BoundaryMesh, part: str) -> Array | None:
-    """Return the direction that all normals of a part are across, where they sum up to nothing."""
-    nodes = mesh.nodes_of(part)
-    normal, weight = mesh.normal[nodes], mesh.weight[nodes] / mesh.weight[nodes].sum()
-    values, ways = np.linalg.eigh(normal.T @ (weight[:, None] * normal))
-    turned = np.linalg.norm(weight @ normal) < SAME_AXIS
-    return ways[:, 0] if mesh.dim == 3 and turned and values[0] < SAME_AXIS**2 < values[1] else None
-
-
-def _near(mesh: BoundaryMesh, other: BoundaryMesh) -> set[tuple[str, str]]:
-    """Return the parts of a mesh that have nodes near parts of another one, and these."""
-    row, there = _beside(mesh, other)
-    own, far = _sizes(mesh)[row], _sizes(other)[there]
-    off, normal = other.x[there] - mesh.x[row], other.normal[there]
-    met = np.abs(np.einsum("ij,ij->i", off, normal)) < NEAR * np.minimum(own, far)
-    met &= np.linalg.norm(off, axis=1) < np.maximum(own, far)
-    met &= np.einsum("ij,ij->i", mesh.normal[row], normal) < OPPOSED
-    places = np.column_stack([mesh.node_part[row], other.node_part[there], row])[met]
-    parts, count = np.unique(np.unique(places, axis=0)[:, :2], axis=0, return_counts=True)
-    return {(mesh.part_names[p], other.part_names[q]) for p, q in parts[count >= FEWEST].tolist()}
-
-
-def _beside(mesh: BoundaryMesh, other: BoundaryMesh) -> tuple[Index, Index]:
-    """Return nodes of a mesh and nodes of another one, of which some are nearest to each."""
-    reach = float(max(_sizes(mesh).max(), _sizes(other).max()))
-    count = min(NEIGHBOURS, len(other.x))
-    found = scipy.spatial.cKDTree(other.x).query(mesh.x, k=count, distance_upper_bound=reach)[1]
-    row, column = np.nonzero(found < len(other.x))
-    return row, found[row, column]
-
-
-def _sizes(mesh: BoundaryMesh) -> Array:
-    """Return the size of the element of each node [length]."""
-    area = np.bincount(mesh.element, mesh.weight)
-    return np.asarray(area[mesh.element] ** (1.0 / (mesh.dim - 1)))
-
-
-def _area(mesh: BoundaryMesh, part: str) -> float:
-    return float(mesh.weight[mesh.nodes_of(part)].sum())
-
-
-def _centre(mesh: BoundaryMesh, part: str) -> Array:
-    nodes = mesh.nodes_of(part)
-    centre = mesh.weight[nodes] @ mesh.x[nodes] / mesh.weight[nodes].sum()
-    return np.where(np.abs(centre) < WRITTEN * np.abs(mesh.x).max(), 0.0, centre)
-
-
 def _given(meshes: Meshes, ends: set[str]) -> dict[str, list[str]]:
     """Return proposed conditions of bodies: the largest is held at its back, another one moved
     towards it, or pushed where all of it may touch."""
     every = [(name, part) for name, mesh in meshes.items() for part in mesh.part_names]
-    centres = {end: _centre(meshes[end[0]], end[1]) for end in every}
+    centres = {end: centre(meshes[end[0]], end[1]) for end in every}
     free = [end for end in every if ".".join(end) not in ends]
     if not free:
         return {}
@@ -270,7 +154,7 @@ def _given(meshes: Meshes, ends: set[str]) -> dict[str, list[str]]:
 def _moved(meshes: Meshes, end: tuple[str, str], to: Array, *, moves: bool) -> list[str]:
     """Return conditions that move a part towards a place along an axis, or push its body there."""
     mesh, part = meshes[end[0]], end[1]
-    way = to - _centre(mesh, part)
+    way = to - centre(mesh, part)
     way = np.sign(way) * (np.arange(mesh.dim) == np.argmax(np.abs(way))) + 0.0
     if moves:
         return _displaced(part, (0.01 * way).tolist())
@@ -289,9 +173,9 @@ def _back(mesh: BoundaryMesh, free: list[str]) -> str:
     def away(part: str) -> float:
         own = mesh.nodes_of(part)
         return _rounded(
-            -float(front @ (mesh.weight[own] @ mesh.normal[own])) / _area(mesh, part)
+            -float(front @ (mesh.weight[own] @ mesh.normal[own])) / area(mesh, part)
             if np.linalg.norm(front) > 0.5
-            else float(np.linalg.norm(_centre(mesh, part) - middle))
+            else float(np.linalg.norm(centre(mesh, part) - middle))
         )
 
     return max(free, key=away)
@@ -330,8 +214,8 @@ def _body(
     for part in mesh.part_names:
         touches = "touches another body" if f"{name}.{part}" in ends else "free"
         yield (
-            f"# part {json.dumps(part)}: {touches}, area {_area(mesh, part):.4g}, centre "
-            f"{shown(_centre(mesh, part), 4)}"
+            f"# part {json.dumps(part)}: {touches}, area {area(mesh, part):.4g}, centre "
+            f"{shown(centre(mesh, part), 4)}"
         )
     yield from given.get(name, [])
 

@@ -13,7 +13,7 @@ from inp_decks import grid
 
 from petcontact import Box, load, solve
 from petcontact.commands.main import main
-from petcontact.convert.assembly import touching
+from petcontact.convert.touching_parts import touching
 from petcontact.mesh.panelling import box_mesh, round_mesh
 from petcontact.model.shapes.solids import Sphere
 
