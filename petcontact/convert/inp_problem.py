@@ -185,11 +185,7 @@ def _rigid(reader: Statements, pairs: list[Pair]) -> list[Reference]:
     ]
 
 
-def _steps(
-    reader: Statements,
-    bodies: list[InpBody],
-    pairs: list[Pair],
-) -> list[Keyed]:
+def _steps(reader: Statements, bodies: list[InpBody], pairs: list[Pair]) -> list[Keyed]:
     """Load steps, where there are several: what has another value than in the step before."""
     steps: list[Keyed] = []
     for number, name in enumerate(reader.steps if len(reader.steps) > 1 else ()):

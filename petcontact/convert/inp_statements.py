@@ -225,7 +225,8 @@ class Statements:
 
     def _static(self, keyword: Keyword) -> None:
         """Read the time of the step."""
-        self.period = [*self.floats(keyword, [*keyword.rows[:1], ["1."]][0]), 0.0][1] or 1.0
+        times = [time for row in keyword.rows[:1] for time in self.floats(keyword, row)]
+        self.period = times[1] if len(times) > 1 and times[1] else 1.0
 
     def _named(self, keyword: Keyword) -> None:
         """Remember the material or interaction to which the next keywords belong."""
@@ -349,11 +350,8 @@ class Statements:
         # before the second step nothing has moved
         stays = "FIXED" in keyword.parameters and len(self.steps) > 1
         for row in keyword.rows:
-            most, freedoms, value = (
-                6 if self.refers(row[0]) else 3,
-                TYPED.get([*row, ""][1].upper()),
-                0.0,
-            )
+            most, value = 6 if self.refers(row[0]) else 3, 0.0
+            freedoms = TYPED.get(row[1].upper()) if len(row) > 1 else None
             if freedoms is None:
                 first, last, value = self.floats(keyword, [*row[1:], *["", "", ""]][:3])
                 if not 1.0 <= first <= (last or first) <= FREEDOMS:
