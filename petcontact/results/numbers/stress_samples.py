@@ -65,7 +65,6 @@ class Samples(Keeping):
         self._fields = solution.body_fields(body, step)
         self.places = singular_places(solution, step)[body]
         self._near = dict[Hashable, StressState]()
-
         self._found = dict[str, Array]()
         mesh = self._fields.mesh
         self._reach = {each: each.reach(mesh) for each in self.places}

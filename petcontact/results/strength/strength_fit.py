@@ -176,7 +176,6 @@ class _NodesBeside(Keeping):
         # around a ring equilibrium is not that of the plane
         self._around = bool(np.any(mesh.images(place.x[None])[-1] != place.x))
         self._sides = np.stack([start == 0.0, start > 0.0], axis=1)
-
         end = 2.0 * float(sizes(mesh)[list(place.elements)].max(initial=0.0))
         self._end, self._size = max(end, place.core), place.size
 
