@@ -275,9 +275,10 @@ class Bands(Keeping):
             moved = -load_of(self._posed, side)
         else:
             pair = step_ends(solution.steps or solution.tried)[-1].pairs[side.name]
-            closed = gap(chart.local(pair.x)) - pair.gap
-            known = np.isfinite(closed)
-            moved = np.linalg.lstsq(pair.normal[known], closed[known], rcond=None)[0]
+            opened = gap(chart.local(pair.x))
+            known = np.isfinite(opened) & np.isfinite(pair.gap)
+            closed = opened[known] - pair.gap[known]
+            moved = np.linalg.lstsq(pair.normal[known], closed, rcond=None)[0]
         return np.asarray(moved / max(float(np.linalg.norm(moved)), TINY))
 
     def _mirrors(self, body: int, meshes: Sequence[SurfaceMesh], x: Array) -> bool:

@@ -20,11 +20,11 @@ from ...round_off import WRITTEN
 CLOSE = 0.1
 """Distance of a corner from a quarter of a side over half the side, up to which it hangs there
 [-]."""
-Place = Callable[[Index, Array, Array, Array], Array]
+Place = Callable[[Index, Array, Array, Array, Mask], Array]
 """Function that returns the positions of hanging points (n, 3).
 
-Its arguments are the panels on which the points hang, the ends of these panels' sides, and the
-positions on the quadratic sides.
+Its arguments are the panels on which the points hang, the ends of these panels' sides, the
+positions on the quadratic sides, and which points lie between two parts.
 """
 
 
@@ -39,7 +39,7 @@ def closed(mesh: SurfaceMesh) -> SurfaceMesh:
     On an exact surface they are then as far off as that side. The boundary is closed, which rigid
     motions need.
     """
-    return _moved(mesh, lambda panel, first, last, middle: middle)
+    return _moved(mesh, lambda panel, first, last, middle, rim: middle)
 
 
 def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
@@ -52,18 +52,20 @@ def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
     length. A side through equidistant points leaves it by the fourth power.
     """
 
-    def half_way(panels: Index, first: Array, last: Array, middle: Array) -> Array:
-        # the panels' sides come along, since their widths tell which points are at a rim
+    def half_way(panels: Index, first: Array, last: Array, middle: Array, rim: Mask) -> Array:
+        parts, pieces = mesh.part[panels], (first[:, None], last[:, None], middle[:, None])
         result, triangle = np.empty_like(middle), np.isnan(mesh.corners[panels, 3, 0])
+        result[~rim] = centred(surface, parts[~rim], *(one[~rim] for one in pieces))[:, 0]
+        # at a rim the panels' sides come along, since it is found by their widths
         for corners in (3, 4):
-            some = triangle == (corners == 3)
+            some = rim & (triangle == (corners == 3))
             start, middles = (x[panels[some], :corners] for x in (mesh.corners, mesh.middles))
             own = start, np.roll(start, -1, axis=1), middles
             sides = [
-                np.concatenate([one[some, None], side], axis=1)
-                for one, side in zip((first, last, middle), own, strict=True)
+                np.concatenate([one[some], side], axis=1)
+                for one, side in zip(pieces, own, strict=True)
             ]
-            result[some] = centred(surface, mesh.part[panels[some]], *sides)[:, 0]
+            result[some] = centred(surface, parts[some], *sides)[:, 0]
         return result
 
     return with_half_way_middles(_moved(mesh, half_way), surface)
@@ -114,7 +116,7 @@ def _moved(mesh: SurfaceMesh, moved_to: Place) -> SurfaceMesh:
     if not len(curved):
         return mesh
     panel, k, (start, stop, middle) = mesh.sides_of(curved)
-    sides = _Sides(start, stop, middle, panel, moved_to)
+    sides = _Sides((start, stop, middle), panel, mesh.part[panel], moved_to)
     corners, middles = mesh.corners.copy(), mesh.middles.copy()
     corners[panel, k], middles[panel, k] = sides.position[sides.numbers[[0, 2]]]
     return replace(mesh, corners=corners, middles=middles)
@@ -189,13 +191,16 @@ class _Sides:
     """
 
     def __init__(
-        self, start: Array, stop: Array, middle: Array, panel: Index, moved_to: Place
+        self, points_of: tuple[Array, Array, Array], panel: Index, part: Index, moved_to: Place
     ) -> None:
-        points = np.concatenate([start, stop, middle])
+        (start, stop, _), points = points_of, np.concatenate(points_of)
         numbers = numbered(points)
         self.numbers = numbers.reshape(3, -1)
         self.position = np.empty((1 + numbers.max(), 3))
         self.position[numbers] = points
+        on_part = np.zeros((len(self.position), 1 + part.max()), dtype=bool)
+        on_part[self.numbers[:2], part] = True
+        self._rim = on_part.sum(axis=1) > 1
         self._tree = scipy.spatial.cKDTree(self.position)
         self._middle = {frozenset((a, b)): m for a, b, m in self.numbers.T.tolist()}
         self._ends = set(self.numbers[:2].ravel().tolist())
@@ -211,7 +216,9 @@ class _Sides:
         """Move points that hang, rows of `_Hanging`."""
         panels, first, m, second, number = hanging.T
         start, middle, stop = (self.position[point] for point in (first, m, second))
-        self.position[number] = moved_to(panels, start, middle, on_side(start, middle, stop, 0.25))
+        self.position[number] = moved_to(
+            panels, start, middle, on_side(start, middle, stop, 0.25), self._rim[number]
+        )
 
     def _on(self, panel: int, a: int, b: int, m: int) -> Iterator[_Hanging]:
         """Yield what hangs on both halves of a side, or of a piece of a side, of a panel."""

@@ -30,18 +30,24 @@ SQUARE = [Side("below", (2, 0)), Side("outer", (2, 1)), Side("top", (1, 1)), Sid
 
 
 @pytest.mark.parametrize(
-    ("shape", "radius"),
-    [(CYLINDER, 0.7), (Revolved([SQUARE], angle=90.0), 2.0)],
-    ids=["cylinder", "ring"],
+    ("shape", "radius", "some"),
+    [
+        (CYLINDER, 0.7, np.inf),
+        (Revolved([SQUARE], angle=90.0), 2.0, np.inf),
+        (Revolved([SQUARE], angle=90.0), 2.0, 0.8),
+    ],
+    ids=["cylinder", "ring", "ring beside large panels"],
 )
-def test_pieces_of_narrow_panels_at_a_rim_keep_their_width(shape, radius):
-    """Panels beside the rim are halved across it until they are 1 / 64 as wide. What belongs on
-    the rim does not depend on their length: with points within 2 % of it the last two collapse."""
+def test_pieces_of_narrow_panels_at_a_rim_keep_their_width(shape, radius, some):
+    """Panels beside the rim, or some of them, are halved across it until they are 1 / 64 as wide.
+    What belongs on the rim does not depend on their length, nor on that of their neighbours: with
+    points within 2 % of it the last two collapse."""
     surface = shape.outline()
     mesh, widths = round_mesh(surface, 0.5 * radius, 2), []
     for _ in range(7):
         inwards = radius - np.hypot(mesh.corners[..., 0], mesh.corners[..., 1])
         beside = (np.abs(inwards) < 1e-9).any(axis=1) & (mesh.part == surface.parts.index("top"))
+        beside &= np.angle(mesh.corners @ [1.0, 1.0j, 0.0]).max(axis=1) < some
         widths.append(inwards[beside].max(axis=1))
         centre = mesh.corners[..., :2].mean(axis=1)
         along = np.abs(np.sum(sides(mesh)[..., :2] * centre[:, None], axis=2))
