@@ -75,6 +75,25 @@ class ContactCompliance(SolverFront, abc.ABC):
         """Free every PETSc object."""
 
 
+def _robin_border(
+    modes: Modes | None, r: Array, apply: Callable[[Array], Array]
+) -> RigidModeConstraint:
+    """Return the rigid motions that border I + ρS, by products with S or T; ρ is still to multiply
+    the columns.
+
+    Columns are as large as what unit tractions at all nodes displace, rows as I.
+    """
+    length = 1.0 if modes is None else float(np.abs(apply(np.ones_like(r))).max())
+    return RigidModeConstraint(modes, Linearisation.all_stick(r), np.zeros_like(r), length, 1.0)
+
+
+def _moved(
+    dv: Array, modes: Modes | None, border: RigidModeConstraint, coordinates: Array
+) -> Array:
+    """Return S δσ + M δα."""
+    return dv if modes is None else dv + modes.motion @ border.motion(coordinates)
+
+
 class DenseCompliance(ContactCompliance):
     """S as a matrix on every rank; ranks share its products by rows. The KSP without a prefix
     factorises I + ρS for each ρ."""
@@ -86,7 +105,7 @@ class DenseCompliance(ContactCompliance):
         self._matrix = np.asfortranarray(matrix)
         first, last = even_ranges(len(matrix), self._comm.getSize())[self._comm.getRank()]
         self._rows = self._matrix[first:last]
-        self._of: tuple[Array, Modes | None, RigidModeConstraint | None] | None = None
+        self._of: tuple[Array, Modes | None, RigidModeConstraint] | None = None
 
     def apply(self, sigma: Array) -> Array:
         """Return the product S σ, (m, k) [length]. Collective."""
@@ -107,45 +126,31 @@ class DenseCompliance(ContactCompliance):
         """Return δv and δσ. A new ρ costs a factorisation of I + ρS, bordered by the motions."""
         solver = self._solver = self._solver or DenseSolver(self._comm, "")
         border = self._bordered(solver, rho, r, modes)
-        whole = solver.solve(
-            r.ravel()
-            if border is None
-            else np.concatenate([r.ravel(), border.work(work) / border.length])
-        )
+        whole = solver.solve(np.concatenate([r.ravel(), border.work(work)]))
         sigma = whole[: r.size].reshape(r.shape)
-        dv = self.apply(sigma)
-        if modes is not None and border is not None:
-            dv = dv + modes.motion @ border.motion(whole[r.size :])
-        return dv, sigma
+        return _moved(self.apply(sigma), modes, border, whole[r.size :]), sigma
 
     def _bordered(
         self, solver: DenseSolver, rho: Array, r: Array, modes: Modes | None
-    ) -> RigidModeConstraint | None:
-        """Factorise the matrix for this ρ unless the solver has it; return the border.
-
-        The border is None if there are no motions.
-        """
-        factors = rho.ravel()
-        if self._of is not None and self._of[1] is modes and np.array_equal(self._of[0], factors):
-            return self._of[2]
-        n, border = r.size, None
-        if modes is not None and self._of is not None and self._of[1] is modes:
+    ) -> RigidModeConstraint:
+        """Factorise the matrix for this ρ unless the solver has it; return the border."""
+        factors, n = rho.ravel(), r.size
+        if self._of is not None and self._of[1] is modes:
             border = self._of[2]
-        elif modes is not None:
-            length = float(np.abs(self.apply(np.ones_like(r))).max())
-            stuck = Linearisation.all_stick(r)
-            border = RigidModeConstraint(modes, stuck, np.zeros_like(r), length)
-        rows, first = solver.rows(n if border is None else n + len(border.rhs))
+            if np.array_equal(self._of[0], factors):
+                return border
+        else:
+            border = _robin_border(modes, r, self.apply)
+        rows, first = solver.rows(n + len(border.rhs))
         last = first + len(rows)
         inner = slice(first, min(last, n))
         count = max(inner.stop - inner.start, 0)
         # (4.11) in u = u_0 + Sσ, which (4.12) and (4.13) give: (I + ρS) σ' = σ + ρ(u - u_0) - ωR_ρ
         np.multiply(self._matrix[inner], factors[inner, None], out=rows[:count, :n])
         rows[np.arange(count), np.arange(inner.start, inner.start + count)] += 1.0
-        if border is not None:
-            rows[:count, n:] = factors[inner, None] * border.columns[inner]
-            rows[count:, :n] = border.rows[max(first - n, 0) : max(last - n, 0)] / border.length
-            rows[count:, n:] = 0.0
+        rows[:count, n:] = factors[inner, None] * border.columns[inner]
+        rows[count:, :n] = border.rows[max(first - n, 0) : max(last - n, 0)]
+        rows[count:, n:] = 0.0
         solver.factor()
         self._of = factors.copy(), modes, border
         return border
@@ -203,17 +208,13 @@ class ProductCompliance(ContactCompliance):
         )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
-        """Return δv and δσ by GMRES, preconditioned by (I + ρT)⁻¹.
-
-        The unit of the motions is the displacement that unit tractions at all nodes cause.
-        """
+        """Return δv and δσ by GMRES, preconditioned by (I + ρT)⁻¹."""
         if self._layer is None:
             self._layer = self.surrogate()
         assert self._layer is not None, "a system by products has a T"
-        layer, stuck = self._layer, Linearisation.all_stick(r)
-        length = 1.0 if modes is None else float(np.abs(layer.apply(np.ones_like(r))).max())
-        border = RigidModeConstraint(modes, stuck, np.zeros_like(r), length)
-        columns, rows = border.spread(stuck.active)
+        layer = self._layer
+        border = _robin_border(modes, r, layer.apply)
+        columns, rows = border.spread(np.ones(r.shape, dtype=bool))
         self._products = []
         # v = u_0 + S σ + M α and E σ + f = 0 hold whatever this residual is. With 1e-4 the contact
         # method takes as many steps to the same result as with 1e-12, at a third of the cost
@@ -227,8 +228,7 @@ class ProductCompliance(ContactCompliance):
             0.0,
             1e-4,
         )
-        dv = self._product_of(sigma)
-        return (dv if modes is None else dv + modes.motion @ border.motion(coordinates)), sigma
+        return _moved(self._product_of(sigma), modes, border, coordinates), sigma
 
     def _noted(self, rho: Array) -> Callable[[Array], Array]:
         def product(x: Array) -> Array:

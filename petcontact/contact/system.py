@@ -134,12 +134,14 @@ class RigidModeConstraint:
     sigma : (m, k) array
         Traction whose resultant the equations complete.
     scale : float
-        Size of the block's entries [length/stress].
+        Size of the columns, that of the block's entries [length/stress].
+    rows : float, optional
+        Size of the rows; that of the columns by default.
 
     Attributes
     ----------
     length : float
-        Size of the rows and columns, that of the block's entries [length/stress].
+        Size of the columns [length/stress].
     resisted : (r, q) array
         Combinations of motions that active components resist.
     free : (r, p) array
@@ -147,7 +149,12 @@ class RigidModeConstraint:
     """
 
     def __init__(
-        self, modes: Modes | None, linearised: Linearisation, sigma: Array, scale: float
+        self,
+        modes: Modes | None,
+        linearised: Linearisation,
+        sigma: Array,
+        scale: float,
+        rows: float | None = None,
     ) -> None:
         self.length = scale or 1.0
         if modes is None:
@@ -179,9 +186,9 @@ class RigidModeConstraint:
             basis = basis @ turned[:, resisted]
         self.resisted = basis / size[:, None]
         self.columns = modes.motion[linearised.active] @ self.resisted * self.length
-        rows = basis.T @ work
-        self._unit = self.length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
-        self.rows = self._unit * rows
+        works = basis.T @ work
+        self._unit = (rows or self.length) / (float(np.abs(works).max(initial=0.0)) or 1.0)
+        self.rows = self._unit * works
         self.rhs = self.work(-modes.unbalanced(sigma))
 
     def spread(self, active: Mask) -> tuple[Array, Array]:
