@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array
-from ..contact.criterion import Criterion, relative_residual
+from ..contact.criterion import Criterion, natural_residuals
 from ..contact.friction_law import contact_norm
 from ..contact.iteration import Iteration
 from ..contact.law_protocol import ContactLaw
@@ -248,7 +248,7 @@ class _Trials:
         )
 
     def _residual(self, state: ContactState) -> float:
-        return relative_residual(self.law, self.system, state.v, state.sigma)
+        return max(natural_residuals(self.law, self.system, state.v, state.sigma))
 
     def _errors(self, state: ContactState) -> tuple[float, float]:
         weight, pairs = self.system.weight, zip((state.v, state.sigma), self.exact, strict=True)

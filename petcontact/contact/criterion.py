@@ -104,19 +104,6 @@ def without_motions(system: ContactSystem, moved: Array) -> Array:
     return moved if modes is None else moved - modes.motion @ (modes.fit @ moved.ravel())
 
 
-def relative_residual(
-    law: ContactLaw,
-    system: ContactSystem,
-    v: Array,
-    sigma: Array,
-) -> float:
-    """Return ‖R_ρ‖/‖σ‖ with the balanced ρ; it depends neither on the method's ρ nor on units
-    [-]."""
-    rho, _, traction = balanced(law, system, v, sigma)
-    residual = beyond_round_off(system, v, rho, law_residual(law, v, sigma, rho))
-    return over_traction(contact_norm(residual, system.weight), traction)
-
-
 def beyond_round_off(system: ContactSystem, v: Array, rho: float | Array, residual: Array) -> Array:
     """Return what R_ρ at each node exceeds ρ times the round-off of v there by, (m, k) [stress].
 

@@ -19,11 +19,9 @@ from .active_set.block_factors import BlockFactors
 from .criterion import (
     Criterion,
     balanced,
-    beyond_round_off,
     equilibrium_defect,
     moves,
     natural_residuals,
-    over_traction,
     without_motions,
 )
 from .friction_law import contact_norm, group_norms
@@ -193,12 +191,6 @@ class Recorder:
             judgement = self._judged = Judgement(v, sigma, rho, residual, size, traction, left)
         return judgement
 
-    def relative(self, v: Array, sigma: Array) -> float:
-        """Return the residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
-        judgement = self.judged(v, sigma)
-        left = beyond_round_off(self.system, v, judgement.rho, judgement.residual)
-        return over_traction(contact_norm(left, self.system.weight), judgement.traction)
-
     def missed(self, v: Array, sigma: Array) -> float:
         """Return the largest residual of the law over pairs and groups, by which results are
         judged.
@@ -221,7 +213,7 @@ class Recorder:
         if bound_excess(self.law, sigma) > WITHIN:
             inside = -self.law.project(rho * v - sigma)
             v, sigma = v + self.system.apply(inside - sigma), inside
-            if self.relative(v, sigma) > tolerance or bound_excess(self.law, sigma) > WITHIN:
+            if self.missed(v, sigma) > tolerance or bound_excess(self.law, sigma) > WITHIN:
                 return None
         allowed = tolerance if is_monolithic(self.system) else CHAINED
         return (v, sigma) if equilibrium_defect(self.system, sigma) <= allowed else None

@@ -311,7 +311,7 @@ class _Run:
             ksp_iterations=self.solver.ksp_iterations,
         )
         recorder.history.exchanged.append(step.wrong)
-        relative = recorder.relative(v, sigma)
+        relative = recorder.missed(v, sigma)
         defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
         tolerance = self.iteration.criterion.tolerance
         solved = max(relative, defect) <= tolerance and (step.wrong == 0 or relative <= CHAINED)
