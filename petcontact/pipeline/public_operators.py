@@ -26,7 +26,7 @@ from ..runtime.petsc import options
 from ..runtime.ranks import begin_together
 from ..runtime.world import world
 from ..untyped import ArrayLike, Comm, Keyed, Mat
-from .eliminate import eliminated, eliminated_alone
+from .eliminate import eliminated
 from .pose.discretise import Discrete, discretise
 from .run import described
 from .solve import posed
@@ -176,15 +176,13 @@ class Operators:
     modes: Array
     balance: Array
     resultant: Array
-    _system: BodiesSystem | None
+    _system: BodiesSystem
 
     @functools.cached_property
     def S(self) -> Array:
         """The compliance of the contact, (k M, k M) [length/stress]; of compressed bodies by a
         product a column."""
-        return (
-            np.zeros((0, 0)) if self._system is None else np.asarray(self._system.operator.matrix())
-        )
+        return np.asarray(self._system.operator.matrix())
 
     @property
     def u_0(self) -> Array:
@@ -207,7 +205,7 @@ class Operators:
 
     def apply(self, sigma: ArrayLike) -> Array:
         """S σ, (M, k) [length], without forming S."""
-        if self._system is None:
+        if not len(self.x):
             raise InputError("apply: no part is in contact")
         return np.asarray(
             self._system.operator.apply(np.asarray(sigma, dtype=float).reshape(len(self.x), -1))
@@ -219,8 +217,7 @@ class Operators:
 
     def close(self) -> None:
         """Free PETSc objects, if there are any."""
-        if self._system is not None:
-            self._system.close()
+        self._system.close()
 
 
 def operators(problem: Problem | str | Path, comm: Comm = None) -> Operators:
@@ -281,50 +278,25 @@ def operators(problem: Problem | str | Path, comm: Comm = None) -> Operators:
     assert isinstance(problem, Problem)
     comm = comm if comm is not None else world()
     with options(problem.petsc):
-        discrete, system = discretise(problem), None
-        if not discrete.sides:
-            bodies = [eliminated_alone(discrete, b, comm) for b in range(len(problem.body))]
-        else:
-            system = eliminated(discrete, comm)
-            bodies = system.bodies
+        discrete = discretise(problem)
+        system = eliminated(discrete, comm)
     named = {
         body.name: BodyOperators(body.name, mesh, elastic, problem, b)
         for b, (body, mesh, elastic) in enumerate(
-            zip(problem.body, discrete.meshes, bodies, strict=True)
+            zip(problem.body, discrete.meshes, system.bodies, strict=True)
         )
     }
     return _of(discrete, system, named)
 
 
-def _of(
-    discrete: Discrete, system: BodiesSystem | None, bodies: dict[str, BodyOperators]
-) -> Operators:
+def _of(discrete: Discrete, system: BodiesSystem, bodies: dict[str, BodyOperators]) -> Operators:
     faces, d = discrete.interfaces, discrete.meshes[0].components
-    if system is None:
-        states, none = len(discrete.data[0].value), np.zeros((0, d))
-        return Operators(
-            discrete.problem,
-            bodies,
-            {},
-            none,
-            none,
-            np.zeros((0, d, d)),
-            none[:, 0],
-            none[:, 0],
-            np.zeros((states, 0, d)),
-            none[:, :0],
-            none[:, :0].T,
-            np.zeros((states, 0)),
-            None,
-        )
     x, normal, frame = (
-        np.concatenate(parts)
-        for parts in zip(
-            *(
-                (discrete.meshes[face.body].x[face.nodes], face.normal, face.directions)
-                for face in faces
-            ),
-            strict=True,
+        np.concatenate([np.zeros((0, *shape)), *parts])
+        for shape, parts in (
+            ((d,), [discrete.meshes[face.body].x[face.nodes] for face in faces]),
+            ((d,), [face.normal for face in faces]),
+            ((system.k, d), [face.directions for face in faces]),
         )
     )
     return Operators(
@@ -336,7 +308,7 @@ def _of(
         frame,
         system.weight,
         system.gap,
-        system.base.reshape(len(system.base), -1, system.k),
+        system.base.reshape(len(system.base), system.size, system.k),
         system.modes,
         system.balance,
         system.resultant,
