@@ -10,6 +10,7 @@ from typing import Any, Literal, Protocol
 from ..geometry.rotation import Motions
 from ..geometry.surface import Boundary
 from ..record import record
+from ..round_off import ROUNDED
 from .body_data import Body
 from .interface_data import PosedInterface
 from .tables.solver_options import Bem, Method
@@ -131,6 +132,12 @@ class Posed:
     def boundaries(self) -> list[Boundary]:
         """The outline or surface of each body."""
         return [self.outline_of(body.number) for body in self.bodies]
+
+    @property
+    def idle_traction(self) -> float:
+        """The traction up to which what touches carries nothing, the round-off of a strain
+        [stress]."""
+        return ROUNDED * min(body.material.young_modulus for body in self.bodies)
 
     def softness(self, side: PosedInterface) -> float:
         """Return 1/E* of the bodies that meet at an interface [1/stress]."""

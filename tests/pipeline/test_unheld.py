@@ -339,3 +339,30 @@ def test_a_free_cylinder_between_two_plates_that_meet_it_between_nodes_only_is_n
     ]
     solution = solve(problem(body=[roller], obstacle=plates, contact=contact))
     assert solution.status == "not converged" and "overlap between nodes" in solution.reason
+
+
+def test_a_disc_that_carries_nothing_stays_where_it_lies():
+    """A lid is pressed on two discs and does not reach the second one: first guesses closed it."""
+    discs = [
+        solid(
+            name,
+            {"shape": "outline", "loops": [{"part": "s", "center": [x, 1.0], "radius": 1.0}]},
+            material=elastic(1000.0, 0.3),
+            mesh={"element_size": 0.05},
+        )
+        for name, x in (("loaded", 0.0), ("idle", 3.0))
+    ]
+    pairs = [
+        touching(name, side, tool, direction=[0.0, way], gap=gap, friction_coefficient=0.1)
+        for name, side, tool, way, gap in (
+            ("1", "loaded.s", "floor", -1.0, "y"),
+            ("2", "loaded.s", "lid", 1.0, "2 - y"),
+            ("3", "idle.s", "floor", -1.0, "y"),
+            ("4", "idle.s", "lid", 1.0, "2.01 - y"),
+        )
+    ]
+    lid = {"name": "lid", "displacement": [0.0, "free"], "force": [0.0, -1.0]}
+    solution = solved({"body": discs, "obstacle": [{"name": "floor"}, lid], "contact": pairs})
+    assert solution.converged, solution.reason
+    u = solution.steps[-1].bodies
+    assert np.abs(u["idle"].u).max() < 1e-9 * np.abs(u["loaded"].u).max()

@@ -17,7 +17,6 @@ from ...refinement.panels.tail import FADE
 from ...results.evaluated import displacement_scale
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
-from ...round_off import ROUNDED
 from .part_ends import pressed_sides, singular_places
 
 
@@ -110,7 +109,7 @@ def _on_interface(
     size, whole = (
         float(np.sqrt(weight @ pair.size**2)) for weight in (pair.weight * fade**2, pair.weight)
     )
-    if size <= unloaded(solutions[1].posed) * math.sqrt(float(pair.weight.sum())):
+    if size <= solutions[1].posed.idle_traction * math.sqrt(float(pair.weight.sum())):
         return 0.0, 0.0, {}
     inside, everywhere = (
         float(np.sqrt((factor @ square).max())) for factor in (fade**2, np.ones(len(square)))
@@ -123,12 +122,6 @@ def _on_interface(
         for k in np.flatnonzero(growing)
     }
     return inside / size, everywhere / whole, shares
-
-
-def unloaded(posed: Posed) -> float:
-    """Return the traction up to which what touches carries nothing, the round-off of a strain
-    [stress]."""
-    return ROUNDED * min(body.material.young_modulus for body in posed.bodies)
 
 
 def displacement_difference(coarse: Solution, fine: Solution) -> float:

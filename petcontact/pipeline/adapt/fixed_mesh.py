@@ -39,7 +39,7 @@ from ..run import RESOLVED, Coarse, prepare, unreported
 from ..steps.increment import PreparedProblem
 from ..steps.step_loop import known_factors
 from .budget import says_something
-from .difference import difference, displacement_difference, unloaded
+from .difference import difference, displacement_difference
 from .slip_ladder import contact_lines
 
 FEWEST = 8
@@ -155,7 +155,7 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
 def carries_something(solution: Solution) -> bool:
     """Return whether the solution has u_t, u without contact, or tractions above round-off, to
     estimate an error of."""
-    least = unloaded(solution.posed)
+    least = solution.posed.idle_traction
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
     return solution.kind != "contact" or any((pair.size > least).any() for pair in pairs)
 

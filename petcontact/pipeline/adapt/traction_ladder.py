@@ -29,7 +29,7 @@ from ...untyped import Keyed
 from ..judge.findings import limit_of, wants_smaller_elements
 from ..pose.body_parts import body_alone
 from ..steps.increment import PreparedProblem
-from .difference import Difference, difference, fading_places, unloaded
+from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
 from .strategy import Estimate, Meshes, Strategy, Tried, Wanted, no_start
 
@@ -138,7 +138,7 @@ class Tractions(Strategy[TractionEstimate, EdgeMarks]):
             self._sides[name]
             for step in solution.steps
             for name, pair in step.pairs.items()
-            if pair.size.max(initial=0.0) > unloaded(self._posed)
+            if pair.size.max(initial=0.0) > self._posed.idle_traction
         }
         if before is None:
             return TractionEstimate(tried, math.inf, idle=idle)

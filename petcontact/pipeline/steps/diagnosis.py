@@ -9,6 +9,7 @@ import numpy as np
 from ...arrays import Array
 from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
+from ...contact.idle_bodies import amplitudes
 from ...contact.state import ContactState
 from ...errors import the_body
 from ...results.report import Finding
@@ -16,7 +17,7 @@ from ...round_off import WRITTEN
 from ..judge.findings import new_finding
 from ..judge.increments import STILL
 from .hulls import forces_at_corners
-from .increment import Increment, amplitudes
+from .increment import Increment
 from .sliding import slipping_words
 
 MOTIONS = {

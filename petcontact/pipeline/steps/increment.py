@@ -13,6 +13,7 @@ from ...compliance.interface import Interface
 from ...compliance.reduced_bodies import BodiesSystem
 from ...contact.active_set.block_factors import BlockFactors
 from ...contact.criterion import Criterion, displaced_by
+from ...contact.idle_bodies import amplitudes, with_least_motion
 from ...contact.iteration import ContactMethod, Iteration
 from ...contact.law_protocol import OPEN, ContactLaw
 from ...contact.methods.starts import stuck_everywhere
@@ -402,7 +403,9 @@ class Increment:
             self.problem.block_factors,
         )
         try:
-            return self._without_round_off(self.problem.method(self.system, self.law, iteration))
+            return self._with_least_motion(
+                self._without_round_off(self.problem.method(self.system, self.law, iteration))
+            )
         except SolverError as error:
             if not last:
                 raise
@@ -432,6 +435,13 @@ class Increment:
                 still = np.abs(v[where]) < CHAINED * np.abs(self.system.apply(over.sigma)).max()
                 sigma[where], v[where] = 0.0, np.where(still, 0.0, v[where])
         return replace(outcome, sigma=sigma, v=v)
+
+    def _with_least_motion(self, outcome: ContactState) -> ContactState:
+        """Return the outcome with bodies that carry nothing as near as may be to where they began
+        the increment."""
+        began = [self.before.alpha]
+        began += [x[m.free] for x, m in zip(self.before.positions, self.obstacles, strict=True)]
+        return with_least_motion(self.system, self.law, outcome, np.concatenate(began))
 
     def _start(self) -> Start | None:
         """Return the start of the method: the state before, extrapolated by the trend of the
@@ -498,11 +508,3 @@ def given_overlap(face: Interface, shares: Array) -> float:
     """Return the largest overlap that is given to an interface, beside that of its preload, at
     weights of the load states (K,) [length]."""
     return 0.0 if face.overlap is None else float((shares @ face.overlap).max(initial=-np.inf))
-
-
-def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:
-    """Return α (r,) of a solution: the smallest one of those that contact cannot tell apart."""
-    if system.modes is None:
-        return np.zeros(0)
-    left = (outcome.v - system.u_0 - system.apply(outcome.sigma)).ravel()
-    return np.asarray(system.modes.fit @ left)
