@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -46,6 +46,43 @@ class Rows:
         record: Any = cls
         names = [key.name for key in fields(record)]
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+Numbers = TypeVar("Numbers", Array, Index)
+
+
+def scattered(values: Numbers, rows: Index | Mask, count: int, otherwise: float = 0) -> Numbers:
+    """Return an array (count, ...) that has values (k, ...) in some rows, and a number elsewhere.
+
+    >>> scattered(np.array([2.0, 3.0]), np.array([3, 1]), 4)
+    array([0., 3., 0., 2.])
+    """
+    result = np.full((count, *values.shape[1:]), otherwise, dtype=values.dtype)
+    result[rows] = values
+    return result
+
+
+def marked(rows: Index, count: int) -> Mask:
+    """Return which of (count,) rows are among the given ones."""
+    result = np.zeros(count, dtype=bool)
+    result[rows] = True
+    return result
+
+
+def largest_by(row: Index, values: Array, count: int, least: float = 0.0) -> Array:
+    """Return the largest of values (n, ...) in each of (count, ...) rows, and at least `least`.
+
+    >>> largest_by(np.array([0, 2, 0]), np.array([1.0, 5.0, 3.0]), 3)
+    array([3., 0., 5.])
+    """
+    result = np.full((count, *values.shape[1:]), least)
+    np.maximum.at(result, row, values)
+    return result
+
+
+def smallest_by(row: Index, values: Array, count: int) -> Array:
+    """Return the smallest of values (n, ...) in each of (count, ...) rows, infinite without any."""
+    return -largest_by(row, -values, count, -np.inf)
 
 
 def even_bounds(count: int, size: int) -> Index:

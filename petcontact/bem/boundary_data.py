@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
+from ..arrays import Array, Index, Mask, marked
 from ..geometry.rotation import lifted
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..record import record, replace
@@ -215,8 +215,7 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     tiny = float(mesh.measure.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
     modes = unit_motions(mesh)
     along = data.components(modes)
-    contact = np.zeros(mesh.n_nodes, dtype=bool)
-    contact[data.contact_nodes] = True
+    contact = marked(data.contact_nodes, mesh.n_nodes)
     free = _at_rest(along[given & contact[:, None]])
     elsewhere = given & ~contact[:, None]
     amplitudes = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array, Index, Rows
+from ..arrays import Array, Index, Rows, scattered
 from ..record import record
 
 
@@ -81,9 +81,8 @@ class StressState(Rows):
         """
         tensor = self.tensor
         finite = np.isfinite(tensor).all(axis=(1, 2))
-        values = np.full((len(tensor), 3), np.nan)
-        values[finite] = np.linalg.eigvalsh(tensor[finite])[:, ::-1]
-        return values
+        values = np.linalg.eigvalsh(tensor[finite])[:, ::-1]
+        return scattered(values, finite, len(tensor), np.nan)
 
 
 @record

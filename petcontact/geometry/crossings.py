@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, scattered
 from ..round_off import WRITTEN
 
 
@@ -24,8 +24,7 @@ def first_crossing(points: Array, triangles: Index) -> Array | None:
     tree = scipy.spatial.cKDTree(middle)
     # triangles by size: each looks for those that are no larger than itself
     order = np.argsort(radius)
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
+    rank = scattered(np.arange(len(order)), order, len(order))
     for first in range(0, len(triangles), 4096):
         block = np.arange(first, min(first + 4096, len(triangles)))
         lists = tree.query_ball_point(middle[block], 2.0 * radius[block])

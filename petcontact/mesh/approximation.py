@@ -13,7 +13,7 @@ from collections.abc import Callable, Hashable, Sequence
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index, Rows
+from ..arrays import Array, Index, Rows, scattered
 from ..given.values import Given
 from ..record import record
 from .boundary_mesh import BoundaryMesh
@@ -227,8 +227,7 @@ def approximated(samples: Samples, nodes: Index, nodal: Array, accepted: float) 
     accepted : float
         Accepted error of the integral over all elements, `TOTAL` or `MEAN` [-].
     """
-    on_mesh = np.zeros((samples.mesh.n_nodes, nodal.shape[1]))
-    on_mesh[nodes] = nodal
+    on_mesh = scattered(nodal, nodes, samples.mesh.n_nodes)
     return samples.projected(nodes) if samples.misses(on_mesh, accepted) else nodal
 
 

@@ -145,9 +145,7 @@ class BoundaryMesh(Keeping, abc.ABC):
 
     def elements_of(self, *parts: str) -> Index:
         """Return the numbers of the elements of parts, increasing."""
-        chosen = np.zeros(len(self.part_names), dtype=bool)
-        chosen[[self.part_names.index(part) for part in parts]] = True
-        return np.flatnonzero(chosen[self.part])
+        return np.flatnonzero(np.isin(self.part, [self.part_names.index(part) for part in parts]))
 
     def nodes_of(self, part: str) -> Index:
         """Return the numbers of the nodes of a part, increasing."""

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..arrays import Array, Index, shown
+from ..arrays import Array, Index, shown, smallest_by
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..linalg.nearest import within
@@ -277,7 +277,6 @@ def _distance_limits(
     far = (
         (own != owns) & (outline.neighbours[0][own] != owns) & (outline.neighbours[1][own] != owns)
     )
-    limits = np.full(counts.sum(), np.inf)
     away = np.linalg.norm(cloud[number[far]] - cloud[other[far]], axis=1)
-    np.minimum.at(limits, number[far], away)
+    limits = smallest_by(number[far], away, int(counts.sum()))
     return np.split(limits, np.cumsum(counts)[:-1])

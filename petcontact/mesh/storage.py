@@ -9,7 +9,7 @@ from dataclasses import fields, replace
 import h5py
 import numpy as np
 
-from ..arrays import AnyArray, Array, Index
+from ..arrays import AnyArray, Array, Index, scattered
 from ..errors import ResultError
 from ..untyped import Group, Keyed
 from .boundary_mesh import BoundaryMesh
@@ -51,8 +51,7 @@ def _(mesh: SurfaceMesh, group: Group) -> None:
     flat = np.concatenate([mesh.corners, mesh.middles], axis=1).reshape(-1, 3)
     real = ~np.isnan(flat[:, 0])
     vertices, numbers = np.unique(flat[real], axis=0, return_inverse=True)
-    points = np.full(len(flat), -1)
-    points[real] = numbers.ravel()
+    points = scattered(numbers.ravel(), real, len(flat), -1)
     elements, middles = np.split(points.reshape(-1, 9), [4], axis=1)
     group["vertices"], group["elements"] = vertices, elements
     if np.any(middles >= 0):

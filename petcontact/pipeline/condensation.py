@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, scattered
 from ..bem.boundary_data import BoundaryData
 from ..compliance.interface import Interface
 from ..errors import InputError, in_body, the_body
@@ -195,8 +195,7 @@ def _faces(mesh: BoundaryMesh, parts: list[str]) -> Keyed:
     corners, more = _corners(mesh, chosen)
     real = ~np.isnan(corners[..., 0])
     points, numbers = np.unique(corners[real], axis=0, return_inverse=True)
-    elements = np.full(real.shape, -1)
-    elements[real] = numbers.ravel()
+    elements = scattered(numbers.ravel(), real.ravel(), real.size, -1).reshape(real.shape)
     names = np.array(mesh.part_names)[mesh.part[chosen]].tolist()
     return {
         "points": points,

@@ -96,8 +96,7 @@ class BodyOperators:
             Amplitudes of the rigid motions `eliminated.modes` that only contact holds.
         """
         body = self.eliminated
-        shares = np.zeros(len(body.u_0))
-        shares[state] = 1.0
+        shares = np.eye(len(body.u_0))[state]
         pushed = (
             np.zeros(body.data.contact_shape) if sigma is None else np.asarray(sigma, dtype=float)
         )

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
+from ..arrays import Array, Index, Mask, largest_by, scattered, smallest_by
 from ..contact.friction_law import lengths, main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP, STICK
 from ..fields.boundary.places import sizes, spread_places
@@ -128,14 +128,10 @@ def in_doubt(
     end of an element than its change (m,). As in `areas`, each holds it between two nodes [area].
     """
     element, row = np.unique(mesh.element[nodes], return_inverse=True)
-    p, off, whole = (
-        np.zeros(mesh.n_nodes),
-        np.zeros(len(element)),
-        np.ones(len(element), dtype=bool),
-    )
-    p[nodes] = pair.pressure
+    whole = np.ones(len(element), dtype=bool)
+    p = scattered(pair.pressure, nodes, mesh.n_nodes)
     least = between_nodes(mesh, element, ENDS, p)[2].reshape(len(element), -1).min(axis=1)
-    np.maximum.at(off, row, change)
+    off = largest_by(row, change, len(element))
     np.logical_and.at(whole, row, inside)
     doubted = whole & (least < off)
     return float((np.bincount(row, pair.weight) / np.bincount(row))[doubted].sum())
@@ -196,9 +192,9 @@ class _Contact:
 def _pressed(mesh: BoundaryMesh, contact: _Contact) -> Array:
     """The share of each element in which p, as a function, is not negative; 1 where it may pull."""
     nodes, pair, numbers = contact.nodes, contact.pair, contact.numbers
-    whole, least = np.zeros(mesh.n_nodes), np.full(mesh.n_elements, np.inf)
-    whole[nodes] = pair.pressure
-    np.minimum.at(least, mesh.element[nodes], np.where(pair.state != OPEN, pair.pressure, -np.inf))
+    whole = scattered(pair.pressure, nodes, mesh.n_nodes)
+    pressed = np.where(pair.state != OPEN, pair.pressure, -np.inf)
+    least = smallest_by(mesh.element[nodes], pressed, mesh.n_elements)
     asked, share = np.flatnonzero(least[numbers] > 0.0), np.ones(len(numbers))
     if len(asked) and not np.any(pair.pressure < 0.0):
         values = between_nodes(mesh, numbers[asked], MIDDLES, whole)[2]
@@ -253,8 +249,7 @@ def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> tuple
     at_edge = _at_edge(mesh, numbers, of_closed)
     mixed = np.flatnonzero(at_edge)
     if len(mixed):
-        values = np.zeros(mesh.n_nodes)
-        values[contact.nodes] = _distance(contact, closed)
+        values = scattered(_distance(contact, closed), contact.nodes, mesh.n_nodes)
         between = between_nodes(mesh, numbers[mixed], MIDDLES, values)[2]
         of_closed[mixed] = (between > 0.0).reshape(len(mixed), -1).mean(axis=1)
     return np.asarray(of_closed * share_inside), at_edge

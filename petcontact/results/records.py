@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ..arrays import Array, Index, Names, States
+from ..arrays import Array, Index, Names, States, scattered
 from ..contact.friction_law import lengths
 from ..contact.state import History
 from ..geometry.rotation import Axial, moment
@@ -303,9 +303,7 @@ def shares_of_states(step: int, factor: float, origin: float | None) -> dict[int
 
 def weights_of(shares: dict[int, float], count: int) -> Array:
     """Return the weights (count,) of all load states, from the shares of some by their number."""
-    weights = np.zeros(count)
-    weights[[*shares]] = [*shares.values()]
-    return weights
+    return scattered(np.array([*shares.values()]), np.array([*shares]), count)
 
 
 @record

@@ -22,7 +22,7 @@ from typing import TypeAlias
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, marked, scattered
 from ...errors import InputError
 from ...record import record, replace
 from ..body.eliminated import ElasticBody
@@ -197,8 +197,7 @@ class Coupling:
 
     def _of_others(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         """Return the selections of unknowns that belong to no secondary: of all, and of contact."""
-        free = np.ones(self.size, dtype=bool)
-        free[self.secondary] = False
+        free = ~marked(self.secondary, self.size)
         others = np.flatnonzero(free)
         owner = np.searchsorted(self.first, others, side="right") - 1
         column = others - self.first[owner] + self.first_column[owner]
@@ -274,9 +273,8 @@ class Coupling:
         """Return the factors of all columns on the right for tractions (m, k) on one body, over its
         scale."""
         first, last = self.first_column[number : number + 2]
-        factors = np.zeros(self.columns)
-        factors[self._t[(self._t >= first) & (self._t < last)]] = traction.ravel()
-        return factors
+        columns = self._t[(self._t >= first) & (self._t < last)]
+        return scattered(traction.ravel(), columns, self.columns)
 
     def of_unknowns(self, factors: Sparse) -> Sparse:
         """Return the factors of the unknowns' columns, (N, ...), out of those of all columns,
@@ -285,9 +283,7 @@ class Coupling:
 
     def padded(self, unknowns: Array) -> Array:
         """Return factors of all columns, (columns, r): those of the unknowns (N, r) and zeros."""
-        result = np.zeros((self.columns, unknowns.shape[1]))
-        result[self._unknowns] = unknowns
-        return result
+        return scattered(unknowns, self._unknowns, self.columns)
 
     def _by(self, matrices: Array, x: Array, transposed: bool = False) -> Array:
         """Return each node's matrix times its components."""

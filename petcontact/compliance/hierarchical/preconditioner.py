@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, marked
 from ...compression.hmatrix.schwarz import CoarseLevel, LocalSolves
 from .coupling import ColumnExpansion, Coupling
 from .patches import Nodes, sums
@@ -69,9 +69,8 @@ class Preconditioner:
         law = expansion.relation.basis
         # a patch is inverted anew if the law of a node, whose basis has unit size, changes by this
         nodes = np.abs(law - self._law).max(axis=(1, 2)) > 0.2
-        moved = np.zeros(self._coupling.size, dtype=bool)
-        moved[self._coupling.secondary.reshape(self._coupling.shape)[nodes]] = True
-        self._local.update(expansion.factors, moved)
+        moved = self._coupling.secondary.reshape(self._coupling.shape)[nodes]
+        self._local.update(expansion.factors, marked(moved, self._coupling.size))
         self._law, self.expansion = np.where(nodes[:, None, None], law, self._law), expansion
         self._factor()
 

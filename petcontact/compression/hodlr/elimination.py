@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, scattered
 from ...record import record
 from .block_batches import Batches, Block
 from .translations import Cluster
@@ -96,8 +96,7 @@ class FactorStack:
         """Return the reduced right-hand side of x (n, s) on each level, and the one that remains at
         the root. Kept unknowns come before waiting ones."""
         seen = []
-        above = np.zeros((len(x) + 2, x.shape[1]))
-        above[self._entry] = x
+        above = scattered(x, self._entry, len(x) + 2)
         for level in self.levels:
             seen.append(above)
             above = level.reduce(above)

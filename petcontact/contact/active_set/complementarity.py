@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ...arrays import Array, Mask
+from ...arrays import Array, Mask, scattered
 from ...round_off import CHAINED, ROUNDED, TINY
 from ..equilibrium import directions
 from ..friction_law import lengths
@@ -265,8 +265,7 @@ def lemke(matrix: Array, offset: Array) -> Array | None:
         rate = table[:, column]
         falls = np.flatnonzero(rate < -CHAINED * np.abs(rate).max())
         if left <= ROUNDED * size or not len(falls):
-            z = np.zeros(2 * n + 1)
-            z[basic] = table[:, -1]
+            z = scattered(table[:, -1], basic, 2 * n + 1)
             return z[n : 2 * n] if left <= CHAINED * size else None
         steps = np.maximum(table[falls, -1], 0.0) / -rate[falls]
         row = int(falls[np.argmin(steps)])

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from ... import native
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, largest_by, smallest_by
 from ...geometry.arcs import cross
 from ...geometry.quadratic import position
 from ...record import record
@@ -350,9 +350,8 @@ class PanelFaces(Faces):
         own = area(self.outline) * self.size**2
         slack = np.where(self.bent, BENT, WRITTEN)
         covered = np.bincount(found.face, found.weight, len(self))
-        far, near = np.zeros(len(self)), np.full(len(self), np.inf)
-        np.maximum.at(far, found.face, distance)
-        np.minimum.at(near, found.face, distance)
+        far = largest_by(found.face, distance, len(self))
+        near = smallest_by(found.face, distance, len(self))
         stacked = (covered > (1.0 + 10.0 * slack) * own) | (far - near > 0.5 * self.size)
         asked = np.flatnonzero(stacked[found.face])
         if not len(asked):

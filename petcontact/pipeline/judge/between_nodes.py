@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask, States
+from ...arrays import Array, Index, Mask, States, marked
 from ...compliance.reduced_bodies import Interface
 from ...contact.law_protocol import OPEN
 from ...given.interface_data import PosedInterface
@@ -100,12 +100,8 @@ class Sampling:
             closer[:] = np.mean(approach)
             closer[self.nodes[faced]] = approach
         share, values, distance, adjacent = self._grid
-        touched = np.zeros(self.mesh.n_elements, dtype=bool)
-        touched[
-            self.mesh.element[
-                self.nodes[((states != OPEN) & (not closed)) | (~faced & (not unfaced))]
-            ]
-        ] = True
+        seen = self.nodes[((states != OPEN) & (not closed)) | (~faced & (not unfaced))]
+        touched = marked(self.mesh.element[seen], self.mesh.n_elements)
         asked = np.flatnonzero(~touched[self.element])
         if not len(asked):
             return 0.0, None

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, largest_by, smallest_by
 from ...contact.law_protocol import OPEN
 from ...geometry.surface import Boundary
 from ...given.body_data import NO_RISE
@@ -72,8 +72,8 @@ def _height(mesh: BoundaryMesh, part: str, points: Array) -> float:
     """Return the largest height of curved faces above the panels of a part near given points
     [length]."""
     numbers, faces = mesh.faces(part)
-    near = np.full(mesh.n_elements, np.inf)
-    np.minimum.at(near, mesh.element, scipy.spatial.cKDTree(points).query(mesh.x)[0])
+    away = scipy.spatial.cKDTree(points).query(mesh.x)[0]
+    near = smallest_by(mesh.element, away, mesh.n_elements)
     near_points = near <= np.sqrt(np.bincount(mesh.element, mesh.weight))
     return float(sag(faces)[near_points[numbers]].max(initial=0.0))
 
@@ -154,10 +154,9 @@ def lowest_between(element: Index, gap: Array, count: int) -> Array:
     The gap is taken to vary between nodes as much as from node to node: the bound is 2 min - max of
     the nodal gaps (m,).
     """
-    (least, most), faced = np.full((2, count), np.inf), np.isfinite(gap)
-    np.minimum.at(least, element[faced], gap[faced])
-    np.minimum.at(most, element[faced], -gap[faced])
-    return np.asarray(2.0 * least + most)
+    faced = np.isfinite(gap)
+    least = smallest_by(element[faced], gap[faced], count)
+    return np.asarray(2.0 * least - largest_by(element[faced], gap[faced], count, -np.inf))
 
 
 def unseen_panels(posed: Posed, solution: Solution, failed: StepResult) -> list[Mask]:
@@ -173,9 +172,9 @@ def unseen_panels(posed: Posed, solution: Solution, failed: StepResult) -> list[
         if side.primary is not None and not failed.pairs[side.name].pressure.any():
             mesh, opposite = meshes[side.body], meshes[side.primary[0]]
             nodes, size = mesh.nodes_of(side.part), np.sqrt(np.bincount(mesh.element, mesh.weight))
-            away = np.full(mesh.n_elements, np.inf)
             near = scipy.spatial.cKDTree(opposite.x[opposite.nodes_of(side.primary[1])])
-            np.minimum.at(away, mesh.element[nodes], near.query(mesh.x[nodes])[0])
+            distance = near.query(mesh.x[nodes])[0]
+            away = smallest_by(mesh.element[nodes], distance, mesh.n_elements)
             marked[side.body] |= (away - size <= away.min())[:, None]
     return marked
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, largest_by, marked, scattered, smallest_by
 from ...bem.kernels import kernel_for
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
@@ -126,8 +126,7 @@ class GapRemainder:
         """
         mesh, samples = self._mesh, self._samples
         opening, touched = self._opening(pair)
-        deepest = np.zeros(mesh.n_elements)
-        np.maximum.at(deepest, samples.element, -opening)
+        deepest = largest_by(samples.element, -opening, mesh.n_elements)
         pressed = self._stiffness * deepest / (2.0 * self._size)
         area = np.bincount(mesh.element, mesh.weight)
         return np.where(touched, self._of_waves(pair.pressure, opening) ** 2, pressed**2 * area)
@@ -158,8 +157,8 @@ class GapRemainder:
         changed = (pair.gap - self._nodal)[faced]
         changes[self._nodes] = changed.mean() if changed.size else 0.0
         changes[self._nodes[faced]] = changed
-        touched = np.zeros(self._mesh.n_elements, dtype=bool)
-        touched[self._mesh.element[self._nodes[pair.state != OPEN]]] = True
+        closed = self._mesh.element[self._nodes[pair.state != OPEN]]
+        touched = marked(closed, self._mesh.n_elements)
         opening = self._samples.values[:, 0] + self._samples.basis @ changes
         return np.where(self._unfaced, np.inf, opening), touched
 
@@ -177,9 +176,8 @@ class GapRemainder:
         any distance.
         """
         mesh, samples = self._mesh, self._samples
-        most, p = np.zeros(mesh.n_elements), np.zeros(mesh.n_nodes)
-        np.maximum.at(most, mesh.element[self._nodes], pressure)
-        p[self._nodes] = pressure
+        most = largest_by(mesh.element[self._nodes], pressure, mesh.n_elements)
+        p = scattered(pressure, self._nodes, mesh.n_nodes)
         half_wave = self._stiffness * math.pi / self._size
         waves = half_wave * 0.5 * (mesh.order + 2)
         closed = np.minimum(opening, (2.0 * most / waves)[samples.element])
@@ -197,9 +195,8 @@ class GapRemainder:
         """Return the shares of the remainder that vary along each of the two coordinates,
         (n_elements, 2)."""
         mesh, samples = self._mesh, self._samples
-        low, high = (np.full((mesh.n_elements, 2), sign * np.inf) for sign in (1.0, -1.0))
-        np.minimum.at(low, samples.element, samples.place)
-        np.maximum.at(high, samples.element, samples.place)
+        low = smallest_by(samples.element, samples.place, mesh.n_elements)
+        high = largest_by(samples.element, samples.place, mesh.n_elements, -np.inf)
         width = (high - low)[samples.element]
         bins = np.minimum(BINS - 1, BINS * (samples.place - low[samples.element]) // width)
         result = np.empty((mesh.n_elements, 2))
@@ -221,8 +218,8 @@ def samples_of_datum(datum: Given, part: str, mesh: BoundaryMesh) -> tuple[Sampl
     def function(element: Index, local: Array, x: Array, normal: Array) -> Array:
         return datum.near(Sites(x, normal, mesh.arc_lengths(element, local)))[:, None]
 
-    nodes, nodal = mesh.nodes_of(part), np.zeros((mesh.n_nodes, 1))
-    nodal[nodes, 0] = datum.near(mesh.sites(nodes))
+    nodes = mesh.nodes_of(part)
+    nodal = scattered(datum.near(mesh.sites(nodes))[:, None], nodes, mesh.n_nodes)
     return sampled(mesh, part, function, [datum], datum), nodal
 
 

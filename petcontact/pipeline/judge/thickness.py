@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array, Mask
+from ...arrays import Array, Mask, smallest_by
 from ...bem.boundary_data import half_extent, unit_motions
 from ...given.body_data import Body
 from ...given.conditions import Displacement
@@ -51,9 +51,7 @@ def slenderness(mesh: BoundaryMesh, held: Mask | None = None) -> Array:
     depth = -np.sum(away * normal[element], axis=1)
     aside = np.linalg.norm(away + depth[:, None] * normal[element], axis=1)
     behind = (depth > 0.0) & (aside < ASIDE * size[element])
-    thickness = np.full(count, np.inf)
-    np.minimum.at(thickness, element[behind], depth[behind])
-    return np.asarray(size / thickness)
+    return np.asarray(size / smallest_by(element[behind], depth[behind], count))
 
 
 def held_nodes(mesh: BoundaryMesh, body: Body) -> Mask:

@@ -7,7 +7,7 @@ import dataclasses
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, largest_by
 from ...compliance.interface import Interface
 from ...contact.equilibrium import Forces
 from ...contact.law_protocol import Admissible, LimitedLaw
@@ -59,6 +59,5 @@ def _of_pair(mesh: BoundaryMesh, face: Interface, motion: Array, limits: Admissi
     ]
     area = (np.bincount(element, mesh.weight[nodes]) / np.bincount(rows))[rows]
     resultant = np.einsum("qkd,qdc,cr->rqk", directions, mesh.motions.modes(corners), shares)
-    largest = np.zeros((len(number), 5))
-    np.maximum.at(largest, element, np.transpose(dataclasses.astuple(limits)))
+    largest = largest_by(element, np.transpose(dataclasses.astuple(limits)), len(number))
     return area[:, None] * resultant, Admissible(*largest[rows].T)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, scattered
 from ...contact.law_protocol import OPEN
 from ...mesh.curve_mesh import as_curve
 from ...runtime.figure_style import (
@@ -150,8 +150,7 @@ def _between(
     elements, in which it has a kink, have the values at their nodes.
     """
     mesh, nodes = as_curve(solution.meshes[solution.sides[name][0]]), solution.nodes[name]
-    whole = np.zeros((mesh.n_nodes, values.shape[1]))
-    whole[nodes] = values
+    whole = scattered(values, nodes, mesh.n_nodes)
     s, found = [pair.arc_length], [values]
     for element in np.unique(mesh.element[nodes]):
         rows = np.flatnonzero(mesh.element[nodes] == element)

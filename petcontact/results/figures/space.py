@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array, Mask
+from ...arrays import Array, Mask, scattered
 from ...contact.law_protocol import OPEN, SLIP, STICK
 from ...mesh.surface_mesh import as_surface
 from ...runtime.figure_style import STATES, draw_states, label, legend_below, plain
@@ -178,8 +178,7 @@ def _shade(
     places, triangles, rims = small_triangles(
         mesh, TRIANGLES, whole if len(whole) else np.unique(mesh.element[nodes])
     )
-    nodal = np.zeros(mesh.n_nodes)
-    nodal[nodes] = np.where(known, values, 0.0)
+    nodal = scattered(np.where(known, values, 0.0), nodes, mesh.n_nodes)
     shown = nodal[nodes][
         _window(axes, chart.at(pair.x), closed, front, chart) & (known | (len(whole) == 0))
     ]

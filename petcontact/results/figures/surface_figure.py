@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, scattered
 from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...record import record
@@ -255,8 +255,7 @@ def draw_nets(
         mesh, nodes = solution.meshes[solution.sides[name][0]], solution.nodes[name]
         faces = np.unique(mesh.element[nodes])
         places, _, rims = small_triangles(as_surface(mesh), TRIANGLES, faces)
-        nodal = np.zeros((mesh.n_nodes, 3))
-        nodal[nodes] = offset
+        nodal = scattered(offset, nodes, mesh.n_nodes)
         x, normal = mesh.at(places.element, places.place)
         x = x + mesh.basis_at(places.element, places.place) @ nodal
         seen = np.isfinite(x[:, 0]) & (normal @ eye > 0.0)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, scattered
 from ...fields.stress_state import StressState
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -240,9 +240,8 @@ def _(
 
 def _slip_at_nodes(mesh: SurfaceMesh, nodes: Index, pair: PairResult) -> Array:
     """Return the slip of an interface at all nodes of a mesh (n, 2), 0 where nothing is closed."""
-    slip = np.zeros((mesh.n_nodes, mesh.dim - 1))
-    slip[nodes] = np.where(pair.state[:, None] < 2, pair.slip, 0.0)
-    return slip
+    slip = np.where(pair.state[:, None] < 2, pair.slip, 0.0)
+    return scattered(slip, nodes, mesh.n_nodes)
 
 
 @_piece.register

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, largest_by, scattered
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN, SLIP
 from ...fields.boundary.places import located, sizes
@@ -124,18 +124,14 @@ def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:
     body, part = solution.sides[name]
     mesh = solution.meshes[body]
     element, place = located(mesh, x, part, within=sizes(mesh))
-    whole, result = np.zeros(mesh.n_nodes), np.full(len(x), np.nan)
-    whole[solution.nodes[name]] = values
-    on_part = element >= 0
-    result[on_part] = mesh.basis_at(element[on_part], place[on_part]) @ whole
-    return result
+    whole, on = scattered(values, solution.nodes[name], mesh.n_nodes), element >= 0
+    there = mesh.basis_at(element[on], place[on]) @ whole
+    return scattered(there, on, len(x), np.nan)
 
 
 def error_of_maximum(values: Array, change: Array, element: Index) -> float:
     """Return the error of the maximum of values that have errors up to a change each."""
     _, row = np.unique(element, return_inverse=True)
-    largest = np.zeros(int(row.max()) + 1)
-    np.maximum.at(largest, row, change)
-    top, off = float(values.max()), largest[row]
+    top, off = float(values.max()), largest_by(row, change, int(row.max()) + 1)[row]
     least, most = float((values - off).max()), float((values + off)[values > 0.0].max(initial=top))
     return max(most - top, top - least)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index, shown
+from ...arrays import Array, Index, largest_by, scattered, shown, smallest_by
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -218,9 +218,8 @@ class _OfStep:
         for name, result in self._step.bodies.items():
             mesh = self._solution.meshes[name]
             number, _, u = between_nodes(mesh, np.arange(mesh.n_elements), HALVES, result.u)
-            most = np.zeros(mesh.n_elements)
-            np.maximum.at(most, mesh.element, np.linalg.norm(result.u, axis=1))
-            np.maximum.at(most, number, np.linalg.norm(u, axis=1))
+            size = np.linalg.norm(np.vstack([result.u, u]), axis=1)
+            most = largest_by(np.append(mesh.element, number), size, mesh.n_elements)
             most = (-most / (most.max() or 1.0)).astype(np.float32)  # of equal ones the first
             best = most.argsort(kind="stable")[: LOOKED_AT[0]]
             number, at, u = between_nodes(mesh, best, np.linspace(0.0, 1.0, ACROSS[1]), result.u)
@@ -313,12 +312,11 @@ def maximum(
     best = max(float(values[k]), 0.0), mesh.x[nodes[k]], int(mesh.element[nodes[k]])
     if best[0] == 0.0:
         return best
-    whole, positive = np.zeros((mesh.n_nodes, 2)), np.maximum(values, 0.0)
-    whole[nodes] = np.column_stack([positive, np.where(np.isfinite(bound), bound, positive)])
+    positive = np.maximum(values, 0.0)
+    both = np.column_stack([positive, np.where(np.isfinite(bound), bound, positive)])
+    whole = scattered(both, nodes, mesh.n_nodes)
     element, row = np.unique(mesh.element[nodes], return_inverse=True)
-    least, most = np.full(len(element), np.inf), np.zeros(len(element))
-    np.minimum.at(least, row, values)
-    np.maximum.at(most, row, values)
+    least, most = smallest_by(row, values, len(element)), largest_by(row, values, len(element))
     usable = (least > 0.0) & (np.diff(mesh.first_node)[element] > 1)
     element, most = element[usable], most[usable]
     for across, count in zip(ACROSS, LOOKED_AT, strict=True):

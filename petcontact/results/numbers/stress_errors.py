@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, largest_by, scattered, smallest_by
 from ...fields.boundary.places import located, sizes
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
@@ -201,10 +201,9 @@ def _places(
 
 def _spread(element: Index, values: Array) -> Array:
     """How much values (n,) vary in their elements, (n,)."""
-    most, least = np.full(element.max() + 1, -np.inf), np.full(element.max() + 1, np.inf)
-    np.maximum.at(most, element, values)
-    np.minimum.at(least, element, values)
-    return np.asarray((most - least)[element])
+    count = int(element.max()) + 1
+    most = largest_by(element, values, count, -np.inf)
+    return np.asarray((most - smallest_by(element, values, count))[element])
 
 
 def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> tuple[Array, Index]:
@@ -215,9 +214,9 @@ def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> tup
     if not number.part:
         return np.asarray(getattr(fields.at(x, outside=np.nan), key)), np.full(len(x), -1)
     element, place = _feet(mesh, x, parts)
-    stress, on = np.full(len(x), np.nan), element >= 0
-    stress[on] = getattr(fields.on_boundary(element[on], place[on]), key)
-    return stress, element
+    on = element >= 0
+    stress = getattr(fields.on_boundary(element[on], place[on]), key)
+    return scattered(stress, on, len(x), np.nan), element
 
 
 def _feet(mesh: BoundaryMesh, x: Array, parts: Any) -> tuple[Index, Array]:

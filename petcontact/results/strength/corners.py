@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, largest_by
 from ...geometry.arcs import turn_between
 from ...mesh.surface_mesh import SurfaceMesh
 from ...record import record
@@ -133,8 +133,7 @@ def _squared(mesh: SurfaceMesh, element: Index, angle: Array) -> Array:
     the pole of a sphere, and its nodes see half of that turn."""
     which = np.repeat(np.arange(mesh.n_elements), np.diff(mesh.first_node))
     first = mesh.normal[mesh.first_node[which]]
-    turned = np.zeros(mesh.n_elements)
     turns = np.arccos(np.clip(np.sum(first * mesh.normal, axis=1), -1.0, 1.0))
-    np.maximum.at(turned, which, turns)
+    turned = largest_by(which, turns, mesh.n_elements)
     right = 0.5 * math.pi * np.round(angle / (0.5 * math.pi))
     return np.where(np.abs(angle - right) < 0.2 * turned[element].max(axis=1), right, angle)

@@ -9,7 +9,7 @@ from typing import Any
 import meshio
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, marked
 from ...contact.friction_law import project_ball
 from ...fields.stress_state import StressState
 from ...geometry.rotation import lifted
@@ -112,9 +112,7 @@ def _cells(mesh: Any, fields: BodyFields, state: Index, bound: Array) -> meshio.
     middle = (np.arange(len(lines)) - np.searchsorted(lines, lines) + 0.5) / counts[lines]
     (x, normal), stress = mesh.at(element, place), fields.on_boundary(element, place)
     cell_state = state[_nearest(mesh, lines, middle)]
-    touches = np.ones(mesh.n_elements, dtype=bool)
-    touches[lines[cell_state < 0]] = False
-    touching = touches[element]
+    touching = ~marked(lines[cell_state < 0], mesh.n_elements)[element]
     values = mesh.basis_at(element, place) @ np.column_stack(
         [fields.found.u, fields.found.traction, bound]
     )
