@@ -18,6 +18,7 @@ from ..contact.rho_rules import Rule
 from ..errors import SolverError
 from ..given.tables.solver_options import Method
 from ..model.problem import Problem
+from ..refinement.levels import CONTACT_LADDER
 from ..results.report import Provenance
 from ..results.solution import Solution
 from ..runtime import threads
@@ -37,7 +38,7 @@ from .pose.discretise import Discrete, discretise
 from .steps.cycles import wear_history
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
-from .steps.path import GROWTH, WANTED, divided_load, with_fewer, with_paths
+from .steps.path import GROWTH, divided_load, with_fewer, with_paths
 from .steps.start import finished_before, first_iterate
 from .steps.step_loop import increments
 
@@ -194,10 +195,11 @@ def _divided(
     """A solution with those on other paths and the error of its own, and its problem.
 
     Steps that name no increments are solved again in `GROWTH` times as many, while the error of the
-    path exceeds the wanted one. The solution before is the other path then.
+    path exceeds the wanted one, by default that of adaptive meshes. The solution before is the
+    other path then.
     """
     solution, last = with_paths(problem, solution, wanted), problem
-    apart, taken, limit = 0.0, GROWTH, wanted or WANTED
+    apart, taken, limit = 0.0, GROWTH, wanted or CONTACT_LADDER.usual
     while solution.accuracy.path > limit:
         if (finer := divided_load(problem, solution, taken, limit)) is None:
             break

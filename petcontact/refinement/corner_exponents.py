@@ -50,8 +50,9 @@ wedges: of these a polynomial needs a degree of 3πL and 20 more on an interval 
 POLISHED = 4
 """Steps of Newton's method from the zeros of the polynomial."""
 SINGULAR = 1e-6
-"""Smallest over largest singular value of a matrix at one of its exponents: polished zeros leave
-round-off, and half of its digits where two of them are one."""
+"""Smallest over largest singular value of a matrix at one of its exponents, and what of the stress
+of a mode is round-off: polished zeros leave round-off, and half of its digits where two of them are
+one."""
 
 Matrix = Callable[[Complex], Complex]
 """A function from exponents (n,) to the conditions at a corner (n, k, k). Only at exponents of the

@@ -18,6 +18,7 @@ from ..arrays import Array, Complex
 from .corner_exponents import (
     FREE,
     NEAR,
+    SINGULAR,
     Matrix,
     SideKind,
     exponents,
@@ -34,8 +35,6 @@ REGULAR = 3.3
 """Largest real part of the exponents of terms that are fitted besides the modes. At 0.3 of the
 distance to the next corner the terms left out are below 2 % of those of λ = 1/2, and nearer to the
 corner a fit has hardly any of them."""
-NORMALISED = 1e-6
-"""Normal stress of a mode over its shear stress that is round-off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,10 +196,10 @@ def _scaled(blank: Expansion, root: complex, found: Complex, pressed: bool) -> l
     if blank.components == 1:
         return [Mode(root, found[0] / (on_line[1] @ own)[0], "III")]
     normal, shear = (-1.0 if pressed else 1.0) * (on_line[3] @ own), on_line[2] @ own
-    if len(found) == 2 and np.linalg.cond(stress := np.stack([normal, shear])) < 1.0 / NORMALISED:
+    if len(found) == 2 and np.linalg.cond(stress := np.stack([normal, shear])) < 1.0 / SINGULAR:
         both = np.linalg.inv(stress).T @ found
         return [Mode(root, each, name) for each, name in zip(both, ("I", "II"), strict=True)]
-    opens = np.abs(normal) > NORMALISED * np.abs(shear)
+    opens = np.abs(normal) > SINGULAR * np.abs(shear)
     return [
         Mode(root, each / (normal[k] if opens[k] else shear[k]), "I" if opens[k] else "II")
         for k, each in enumerate(found)

@@ -21,9 +21,9 @@ from ..given.lines import OWN_SAMPLES, Line, lines_of
 from ..given.sites import Sites
 from ..mesh.basis import gauss, lagrange
 from ..record import record, replace
-from .levels import REFINEMENT_LEVELS
+from .levels import SLIP_LADDER
 
-ORDER = max(level.grading.order for level in REFINEMENT_LEVELS)
+ORDER = max(level.grading.order for level in SLIP_LADDER.levels)
 """Largest order of an element: that of the finest levels."""
 
 

@@ -74,24 +74,6 @@ def continued(*levels: Level) -> tuple[Level, ...]:
     return levels
 
 
-REFINEMENT_LEVELS = continued(
-    Level(Grading(2, 0.30), 1.5e-3),
-    Level(Grading(2, 0.30), 8.0e-5),
-    Level(Grading(3, 0.28, 0.8), 1.0e-5),
-    Level(Grading(5, 0.28, 0.7), 1.0e-6),
-)
-"""Levels for u_t in bilateral contact; errors are about those of the paper's examples, see
-scripts/benchmark_accuracy."""
-CONTACT_REFINEMENT_LEVELS = continued(
-    Level(Grading(2, 0.30), 2.5e-3, 1e-1),
-    Level(Grading(3, 0.25), 5e-4, 2e-2),
-    Level(Grading(4, 0.28), 5e-5, 1e-3),
-    Level(Grading(5, 0.30), 3e-6, 1e-4),
-)
-"""Levels for pressure and shear. A level finds edges to a tenth of its elements there, and the next
-level's elements are a tenth as large."""
-
-
 @record
 class Ladder:
     """The levels of an adaptive solve, and a milder second level for rough accuracies.
@@ -106,11 +88,14 @@ class Ladder:
     rough : float
         Accuracy from which `milder` replaces the second level [-].
     milder : Level
+    usual : float
+        The wanted accuracy where none is named [-].
     """
 
     levels: tuple[Level, ...]
     rough: float
     milder: Level
+    usual: float
 
     def reaching(self, accuracy: float) -> tuple[Level, ...]:
         """Return the levels for a wanted accuracy."""
@@ -122,16 +107,38 @@ class Ladder:
         return accuracy >= self.rough and len(differences) == 1
 
 
-SLIP_LADDER = Ladder(REFINEMENT_LEVELS, 1e-2, Level(Grading(3, 0.25, 0.9), 1e-4))
-"""Levels for u_t. On 183 random bodies (scripts/verify_random) the error on the third level was at
-most 0.99 times the only difference, and in 9 of 10 below a fifth of it. On the milder level 168 of
-214 bodies had a difference below 1e-2, and errors of at most 2.8e-3. 50, 90 and 99 % of these
-errors were below 0.14, 0.57 and 1.06 times the estimate. With corners twice as coarse, two of 62
-errors exceeded 1e-2 and were ten times the difference. For a wanted 2e-3 all levels took 0.81 times
-as many nodes on 20 random bodies as the first and the third one (scripts/verify_random --seed 7
---first 100)."""
-CONTACT_LADDER = Ladder(CONTACT_REFINEMENT_LEVELS, 5e-2, Level(Grading(3, 0.25), 2e-4, 5e-3))
-"""Levels for p and q. For a wanted 5e-2 the errors of 105 random bodies of revolution
+SLIP_LADDER = Ladder(
+    continued(
+        Level(Grading(2, 0.30), 1.5e-3),
+        Level(Grading(2, 0.30), 8.0e-5),
+        Level(Grading(3, 0.28, 0.8), 1.0e-5),
+        Level(Grading(5, 0.28, 0.7), 1.0e-6),
+    ),
+    rough=1e-2,
+    milder=Level(Grading(3, 0.25, 0.9), 1e-4),
+    usual=1e-4,
+)
+"""Levels for u_t in bilateral contact; errors are about those of the paper's examples, see
+scripts/benchmark_accuracy. On 183 random bodies (scripts/verify_random) the error on the third
+level was at most 0.99 times the only difference, and in 9 of 10 below a fifth of it. On the milder
+level 168 of 214 bodies had a difference below 1e-2, and errors of at most 2.8e-3. 50, 90 and 99 %
+of these errors were below 0.14, 0.57 and 1.06 times the estimate. With corners twice as coarse, two
+of 62 errors exceeded 1e-2 and were ten times the difference. For a wanted 2e-3 all levels took 0.81
+times as many nodes on 20 random bodies as the first and the third one (scripts/verify_random --seed
+7 --first 100)."""
+CONTACT_LADDER = Ladder(
+    continued(
+        Level(Grading(2, 0.30), 2.5e-3, 1e-1),
+        Level(Grading(3, 0.25), 5e-4, 2e-2),
+        Level(Grading(4, 0.28), 5e-5, 1e-3),
+        Level(Grading(5, 0.30), 3e-6, 1e-4),
+    ),
+    rough=5e-2,
+    milder=Level(Grading(3, 0.25), 2e-4, 5e-3),
+    usual=1e-2,
+)
+"""Levels for p and q. A level finds edges to a tenth of its elements there, and the next level's
+elements are a tenth as large. For a wanted 5e-2 the errors of 105 random bodies of revolution
 (scripts/verify_axial) were at most 0.020. 50, 90 and 99 % of them were below 0.21, 0.56 and 0.92
 times the estimate, in which the only difference counts twice. Without the milder levels and the
 only difference, 37 random problems took 1.4 times as many nodes."""
@@ -139,8 +146,8 @@ only difference, 37 random problems took 1.4 times as many nodes."""
 
 def first_level(accuracy: float) -> int:
     """Return the lowest level, except the first, that is expected to reach an accuracy."""
-    last = len(REFINEMENT_LEVELS) - 1
-    return next((k for k in range(1, last) if REFINEMENT_LEVELS[k].error <= accuracy), last)
+    levels = SLIP_LADDER.levels
+    return next((k for k in range(1, len(levels)) if levels[k].error <= accuracy), len(levels) - 1)
 
 
 def check_accuracy(accuracy: float) -> None:

@@ -27,7 +27,7 @@ from ..record import field, record, replace
 from .contact_line import ContactLine, grading_points, slip_at_end
 from .gap_minima import lowest_minima
 from .known_data import SideData, fields, resolved
-from .levels import REFINEMENT_LEVELS, Level, first_level
+from .levels import SLIP_LADDER, Level, first_level
 from .singular_points import corner_exponents
 
 MILDEST = 0.7
@@ -43,10 +43,6 @@ DATA_SHARE = 0.2
 ones (scripts/verify_random --seed 7 --first 100), not up to 1.0 times."""
 UNSEEN = 24
 """Least number of elements on a contact side whose transition points are unknown."""
-
-
-ACCURACY = 1e-4
-"""Default of the accuracy of u_t for which a mesh is made [-]."""
 FINEST = 1e-6
 """Size of the smallest elements at edges of contact over the thickness of the body, and at a
 minimum of the gap over the side, while the width of the contact is unknown [-]. Minima within it
@@ -318,7 +314,7 @@ def default_mesh(body: Body, outline: Outline) -> BoundaryMesh:
     It is that of a refinement level, with the user's points.
     """
     graded = GradedOutline.from_body(body, outline)
-    level = REFINEMENT_LEVELS[first_level(body.mesh.accuracy or ACCURACY)]
+    level = SLIP_LADDER.levels[first_level(body.mesh.accuracy or SLIP_LADDER.usual)]
     largest = [
         side.whole / UNSEEN if contact and not len(given) else np.inf
         for side, contact, given in zip(outline.sides, graded.contact, graded.given, strict=True)
@@ -342,7 +338,7 @@ def marks_for(
     """
     # in narrower zones two levels must have different elements: an error that both meshes share
     # does not appear in their difference
-    first = REFINEMENT_LEVELS[0]
+    first = SLIP_LADDER.levels[0]
     share = min(1.0, (resolved / first.resolved) ** IN_ZONES * first.grading.ratio / grading.ratio)
     lines, marks = iter(shown or []), []
     for k, side in enumerate(body.outline.sides):

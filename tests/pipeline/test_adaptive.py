@@ -31,7 +31,7 @@ from petcontact.refinement.contact_line import (
     transition,
     without_specks,
 )
-from petcontact.refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, SLIP_LADDER, believed
+from petcontact.refinement.levels import MOST_GAIN, SLIP_LADDER, believed
 from petcontact.refinement.marks import GradedOutline, marks_for
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or
@@ -72,7 +72,7 @@ def test_estimate_is_honest(number, accuracy, best, comm):
 
 
 def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
-    monkeypatch.setattr(Slip, "levels", REFINEMENT_LEVELS[:2])
+    monkeypatch.setattr(Slip, "levels", SLIP_LADDER.levels[:2])
     solution = adapt(example(1, **NEWTON), 1e-5, comm=comm)
     assert solution.status == "not converged"
     assert "1e-05" in solution.reason

@@ -22,7 +22,7 @@ from ...refinement.contact_line import (
     without_specks,
 )
 from ...refinement.levels import SLIP_LADDER, Level, believed
-from ...refinement.marks import ACCURACY, GradedOutline
+from ...refinement.marks import GradedOutline
 from ...refinement.zones import Zone
 from ...results.evaluated import displacement_scale
 from ...results.solution import Solution
@@ -65,7 +65,7 @@ class Slip(Strategy[SlipEstimate, Before[SlipEstimate]]):
         Default of the wanted accuracy [-].
     """
 
-    accuracy, first = ACCURACY, ()
+    accuracy, first = SLIP_LADDER.usual, ()
 
     def __init__(self, posed: Posed, wanted: Wanted) -> None:
         self._posed, self.wanted = posed, wanted

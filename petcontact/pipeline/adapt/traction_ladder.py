@@ -46,7 +46,7 @@ SMOOTH = 2.0 / 3.0
 What presses on the other side of the body shows there: elements of order 3 with 3/2 of it had an
 error of 2e-2 on the shaft of a bearing of 12 rollers (its inner ring is 7 mm thick)."""
 FOUND = 0.1
-"""Error of an edge's place over the smallest elements there [-], see `CONTACT_REFINEMENT_LEVELS`.
+"""Error of an edge's place over the smallest elements there [-], see `CONTACT_LADDER`.
 Edges at the ends of two steps that are farther apart are two, however coarse the level is: an edge
 that several levels leave out does not show in their differences. With 0 second meshes of two steps
 had up to a quarter more elements (configs/axial_press_fit.toml), with 1 third ones of random bodies
@@ -103,7 +103,7 @@ class Tractions(Strategy[TractionEstimate, EdgeMarks]):
         Default of the wanted accuracy [-].
     """
 
-    accuracy, first = 1e-2, EdgeMarks()
+    accuracy, first = CONTACT_LADDER.usual, EdgeMarks()
 
     def __init__(self, posed: Posed, wanted: Wanted) -> None:
         self._posed, self.wanted = posed, wanted

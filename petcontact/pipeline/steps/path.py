@@ -35,9 +35,6 @@ UNNAMED = 64
 """Largest number of increments of the steps that name none, together. 16 leave 1.4 % of p in q of
 an unlike disc between plates and of a heated ball, 64 leave 0.1 and 0.3 % (against 128); the whole
 solve then takes 1.5 to 2.5 times the processor time of one increment."""
-WANTED = 1e-2
-"""Error of the path up to which steps that name no increments are divided where no accuracy is
-given: the default accuracy of p and q on adaptive meshes."""
 GROWTH = 4
 """Parts of the increment in which a contact that grows from nothing grows most, on another path.
 With three, which also begin with a sixteenth of the load, 22 of 1625 numbers were off by more than
