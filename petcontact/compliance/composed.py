@@ -50,6 +50,7 @@ class ComposedSystem:
         self.u_0, self.weight, self._operator = u_0, weight, operator
         self.modes = modes if modes is not None and len(modes.load) else None
         self.elastic_solves = self.applications = 0
+        self._product: tuple[Array, Array] | None = None
 
     @property
     def matrix_free(self) -> bool:
@@ -62,9 +63,11 @@ class ComposedSystem:
         return self._operator.iterations
 
     def apply(self, sigma: Array) -> Array:
-        """Return the product S σ, (m, k) [length]."""
-        self.applications += 1
-        return self._operator.apply(sigma)
+        """Return the product S σ, (m, k) [length]. That of the last σ is known."""
+        if self._product is None or not np.array_equal(self._product[0], sigma):
+            self.applications += 1
+            self._product = sigma.copy(), self._operator.apply(sigma)
+        return self._product[1].copy()
 
     def compliance(self) -> Array:
         """Return the compliance S as a matrix (m k, m k) [length/stress]."""
