@@ -148,6 +148,11 @@ class LinearSolver:
                 )
             ksp.setType("gmres")
             ksp.setFromOptions()
+        if not database.hasName("ksp_gmres_cgs_refinement_type"):
+            # GMRES orthogonalises again what cancels: else next to motions that contact hardly
+            # resists its residual stays; petsc4py has no call for it, and other methods ignore it
+            refined = ctypes.CDLL(petsc().__file__).KSPGMRESSetCGSRefinementType
+            refined(ctypes.c_void_p(ksp.handle), 1)
         self._prepare(pc, ksp.getType() == "preonly")
 
     def _prepare(self, pc: PC, alone: bool) -> None:
