@@ -21,6 +21,7 @@ from ...refinement.panels.panel_cuts import LONGER, facing, too_large
 from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.tail import FADE
 from ...results.solution import Solution
+from ...round_off import WRITTEN
 from ..judge.first_panels import bent_sides
 from .budget import beyond_budget
 from .first_mesh import FirstMeshes, slender
@@ -58,7 +59,7 @@ class PanelCuts:
     def __init__(self, posed: Posed, first: FirstMeshes, wanted: Wanted) -> None:
         self._posed, self._sides, self._first = posed, posed.interfaces, first
         self._wanted = wanted
-        self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
+        self._faced = dict[str, tuple[list[Array], tuple[Index, Index]]]()
 
     def completed(
         self, meshes: list[SurfaceMesh], seen: Seen, faces: int = 0
@@ -130,15 +131,16 @@ class PanelCuts:
         return touching
 
     def facing(self, side: PosedInterface, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
-        """Return `facing` of an interface, computed once for the same panels of any order."""
-        assert side.primary is not None
-        b, part = side.primary
-        secondary, primary = as_surface(meshes[side.body]), as_surface(meshes[b])
+        """Return `facing` of an interface, computed once for the same panels of both parts."""
+        secondary, primary = ((as_surface(meshes[b]), part) for b, part in side.ends)
+        own, opposite = (mesh.elements_of(part) for mesh, part in (secondary, primary))
+        corners = [secondary[0].corners[own], primary[0].corners[opposite]]
         cached = self._faced.get(side.name)
-        if cached is None or cached[0] is not secondary.corners or cached[1] is not primary.corners:
-            couples = facing((secondary, side.part), (primary, part), side.direction)
-            cached = self._faced[side.name] = (secondary.corners, primary.corners, couples)
-        return cached[2]
+        if cached is None or not all(map(_are_same, cached[0], corners)):
+            first, second = facing(secondary, primary, side.direction)
+            couples = np.searchsorted(own, first), np.searchsorted(opposite, second)
+            cached = self._faced[side.name] = (corners, couples)
+        return own[cached[1][0]], opposite[cached[1][1]]
 
     @functools.cached_property
     def _edges(self) -> list[tuple[Boundary, list[Array]]]:
@@ -166,3 +168,14 @@ class PanelCuts:
         """Return why solves on meshes exceed the budget, or ""."""
         counts = seen.increments, seen.motions
         return beyond_budget(self._posed, meshes, counts, self._wanted, faces)
+
+
+def _are_same(corners: Array, others: Array) -> bool:
+    """Return whether panels have the same corners (n, 4, 3), up to round-off of projections."""
+    return corners.shape == others.shape and np.allclose(
+        corners,
+        others,
+        rtol=0.0,
+        atol=WRITTEN * np.ptp(corners[:, :3], axis=(0, 1)).max(),
+        equal_nan=True,
+    )
