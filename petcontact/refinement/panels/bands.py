@@ -221,11 +221,19 @@ def _frames(chart: Chart, band: ContactBand, grid: Array, width: float) -> list[
         else:
             box = np.where(done, last, box + sign * width)
             corners = _box_corners(box)
-        made, rim = _one_frame(rim, corners, width if result else 0.0, chart.flat)
+        straight = [_is_straight(chart, origin + side @ axes) for side in rim]
+        made, rim = _one_frame(rim, corners, width if result else 0.0, straight)
         result.append((origin + made @ axes, 1 if result else 2))
         if done.all():
             return result
         width *= FRAMES
+
+
+def _is_straight(chart: Chart, side: Array) -> bool:
+    """Return whether points (n, 2) lie on a straight line of the face, as on its generators."""
+    x = chart.at(side)
+    away = np.cross(x - x[0], x[-1] - x[0])
+    return bool(np.abs(away).max() <= SINGLE * np.sum((x[-1] - x[0]) ** 2))
 
 
 def _axes(band: ContactBand) -> tuple[Array, Array]:
@@ -268,20 +276,20 @@ def _room_in(corners: Array, box: Array) -> Array:
 
 
 def _one_frame(
-    rim: list[Array], corners: Array, width: float, flat: bool
+    rim: list[Array], corners: Array, width: float, straight: list[bool]
 ) -> tuple[Array, list[Array]]:
     """Return the panels (n, 9, 2) between a rim, four sides of points, and the sides between
     corners (4, 2), and the new rim.
 
-    With width 0 panels are as long as those inside. On a curved face they end where those inside
-    end: there would be slits between different parabolas otherwise.
+    With width 0 panels are as long as those inside. On a side that is not straight they end where
+    those inside end: there would be slits between different parabolas otherwise.
     """
     cells, outer = list[Array](), list[Array]()
     for k, side in enumerate(rim):
         length = float(np.linalg.norm(side[-1] - side[0]))
         t = np.linalg.norm(side - side[0], axis=1) / length
         if width > 0.0:
-            t = _shares_of(width / length) if flat else _every_other(t, width / length)
+            t = _shares_of(width / length) if straight[k] else _every_other(t, width / length)
             side = side[0] + t[:, None] * (side[-1] - side[0])
         start, end = corners[k], corners[(k + 1) % 4]
         out = start + t[:, None] * (end - start)
