@@ -88,6 +88,8 @@ class _Body:
         self.kappa = 3.0 - 4.0 * self._body.material.plane_strain_ratio
         self._corners: Corners = self._mesh.once("corners", lambda: corners_of(self._mesh))
         self._whole = float(np.ptp(self._mesh.x, axis=0).max())
+        # a share of `MISMATCH` adds as large a share of the mean traction
+        self._felt = max(SINGLE, MISMATCH * float(np.nan_to_num(solution.accuracy.error)))
         self._pair = np.full(self._mesh.n_nodes, -1)
         self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
         self._partners = list[Partner]()
@@ -215,7 +217,7 @@ class _Body:
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self._mesh, *data, corners, number, (first, 1 - first), does)
-            expansions = growing(found, differ)
+            expansions = growing(found, differ, self._felt)
             if expansions or differ[0] > MISMATCH:
                 yield Place(
                     self._name,
@@ -229,7 +231,7 @@ class _Body:
                     expansions,
                     isinstance(does[0], Touching) and not does[0].partner.bonded,
                     core_of(x, does),
-                    differ[1] > SINGLE,
+                    differ[1] > self._felt,
                 )
             if under is not None and own.least < 1.0:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on

@@ -260,11 +260,15 @@ def mismatch(
     return float(np.linalg.norm(exact)), float(np.linalg.norm(given))
 
 
-def growing(found: Sequence[Expansion], differ: tuple[float, float]) -> tuple[Expansion, ...]:
+def growing(
+    found: Sequence[Expansion], differ: tuple[float, float], felt: float
+) -> tuple[Expansion, ...]:
     """How stress grows towards a corner, by its `mismatch`: the expansions that have modes, or all
-    where stress is told as a value that is slow to settle."""
+    where stress is told as a value that is slow to settle.
+
+    A mismatch that is not `felt` is one of errors."""
     # from λ = 2 on stress changes no more by all halvings to come than by the last one
-    slow = differ[1] > SINGLE or min(each.slowest for each in found) < 2.0 - NEAR
+    slow = differ[1] > felt or min(each.slowest for each in found) < 2.0 - NEAR
     modes = tuple(each for each in found if each.modes)
     return modes or tuple(found) * (slow and differ[0] <= MISMATCH)
 
