@@ -10,6 +10,7 @@ import abc
 import functools
 import inspect
 import math
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -160,9 +161,10 @@ class Expression(Given):
     def values(self, sites: Sites) -> Array:
         try:
             return plain_value(parse_expression(self.source), sites.names, len(sites))
-        except (simpleeval.NameNotDefined, simpleeval.FunctionNotDefined) as error:
-            name = str(getattr(error, "name", None) or getattr(error, "func_name", "?"))
-            raise InputError(self._unknown(name, sites)) from None
+        except simpleeval.NameNotDefined as error:
+            raise InputError(self._unknown(error.name, [*sites.names, "free"], sites)) from None
+        except simpleeval.FunctionNotDefined as error:
+            raise InputError(self._unknown(error.func_name, [*FUNCTIONS], sites)) from None
         except Exception as error:
             # whatever a text does inside the evaluator is a mistake of the input
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -171,14 +173,14 @@ class Expression(Given):
                 f"{_allowed(sites)}"
             ) from None
 
-    def _unknown(self, name: str, sites: Sites) -> str:
+    def _unknown(self, name: str, alike: Sequence[str], sites: Sites) -> str:
         if name == "free":
             return (
                 f'{self.key}: only a displacement can be "free"; a free component of a traction '
                 "is 0.0"
             )
         allowed = "z is known in 3D only, 2D has x and y" if name == "z" else _allowed(sites)
-        hint = nearest(name, [*sites.names, "free"]) or f"; {allowed}"
+        hint = nearest(name, alike) or f"; {allowed}"
         return f"{self.key}: unknown name {shown(name)} in expression {shown(self.source)}{hint}"
 
     @property
