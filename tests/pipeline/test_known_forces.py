@@ -61,6 +61,20 @@ def test_a_floor_carries_what_presses_a_body_on_it():
     )
 
 
+def test_contacts_of_a_loose_body_share_what_it_overlaps():
+    """A ring is pressed into the lid alone before it moves. A block that is held there stays."""
+    pairs = [touching("low", "ring.bottom", "floor"), touching("high", "ring.top", "lid")]
+    rigid = [{"name": "floor"}, {"name": "lid", "displacement": [0.0, 0.0, -0.1]}]
+    shared = []
+    for conditions in ([], [moved("left", ["free", "free", 0.0])]):
+        ring = solid("ring", block(1.0), *conditions)
+        posed = problem(body=[ring], obstacle=rigid, contact=pairs).posed
+        low, high = posed.interfaces
+        bands, meshes = Bands(posed), FirstMeshes(posed, 4000).meshes
+        shared.append(bands._shared(low, meshes) & bands._shared(high, meshes))
+    assert shared == [{0}, set()]
+
+
 def test_a_whole_o_ring_has_the_same_band_as_the_plate_below_it():
     """Both go round and end where they begin, on the ring and on a plate that is turned, too."""
     ring = [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 
 import numpy as np
 
@@ -17,13 +17,13 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...record import Keeping, replace
 from ...refinement.panels.bands import LEVELS, Laid, banded
 from ...refinement.panels.face_gaps import face_gap, opposite, touching
-from ...refinement.panels.forecast import Forecast, band_of, force_at, forecast_of
+from ...refinement.panels.forecast import Forecast, Line, band_of, force_at, forecast_of
 from ...refinement.panels.ridge import Gap, Ridge, lowest_sample, ridge_of
 from ...refinement.panels.zone import ELONGATED, ContactBand
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from ...round_off import TINY
-from .known_forces import known_force, load_of
+from .known_forces import is_held, known_force, load_of, way_of
 from .long_contacts import LEFT, LaidBands, Long, followed
 
 ERRORS = (0.052, 0.033, 0.023)
@@ -59,7 +59,7 @@ class Bands(Keeping):
         self._posed, self._boundaries = posed, posed.boundaries
         self._groups = [
             group
-            for group in _connected(posed.interfaces)
+            for group in _connected(posed.interfaces, lambda side: {*side.ends})
             if all(side.law.normal == "unilateral" for side in group)
         ]
         self._sides = [side for group in self._groups for side in group]
@@ -83,12 +83,12 @@ class Bands(Keeping):
     ) -> Made:
         """Return meshes with bands that follow a solution, with more lines than before, or none."""
         steps, forces = step_ends(solution.steps or solution.tried), dict[str, float]()
-        for group in self._groups:
+        for group in _connected(self._sides, lambda side: self._shared(side, meshes)):
             for side in group:
                 pairs = [step.pairs[side.name] for step in steps]
                 forces[side.name] = max(float(pair.weight @ pair.pressure) for pair in pairs)
             if not any(forces[side.name] for side in group):
-                forces |= self._of_overlaps(group, solution)
+                forces |= self._of_overlaps(group, solution, meshes)
                 laid = replace(laid, first=0)  # such bands show where the next ones lie
         return self._more(laid, meshes, forces, completed, solution)
 
@@ -207,16 +207,48 @@ class Bands(Keeping):
         shape = self._shape(side, solution)
         if shape is None:
             return None
-        (charts, _, ridge), modulus = shape, 1.0 / self._posed.softness(side)
-        places = charts[0].at(ridge.points)
-        forecast = forecast_of(ridge, places, force, modulus)
+        (charts, _, ridge), modulus = shape, self._modulus(side)
+        forecast = forecast_of(ridge, self._line(side, shape, meshes), force, modulus)
         if not _is_long(forecast):
             return None
-        first, last = (ridge.closed or self._mirrors(side.body, meshes, x) for x in places[[0, -1]])
-        band = replace(band_of(ridge, forecast), mirrored=(first, last))
-        return Long(side, charts, ridge, band)
+        first, last = self._mirrored(side, shape, meshes)
+        return Long(side, charts, ridge, replace(band_of(ridge, forecast), mirrored=(first, last)))
 
-    def _of_overlaps(self, group: Sequence[PosedInterface], solution: Solution) -> dict[str, float]:
+    def _mirrored(
+        self, side: PosedInterface, shape: _Shape, meshes: Sequence[SurfaceMesh]
+    ) -> list[bool]:
+        """Return at which ends of its ridge a contact goes on."""
+        (chart, *_), _, ridge = shape
+        ends = chart.at(ridge.points[[0, -1]])
+        return [ridge.closed or self._mirrors(side.body, meshes, x) for x in ends]
+
+    def _line(self, side: PosedInterface, shape: _Shape, meshes: Sequence[SurfaceMesh]) -> Line:
+        """Return where the ridge of a contact lies, and the planes of symmetry at its ends."""
+        (chart, *_), _, ridge = shape
+        ends = np.array([[0.0, 1e-4], [1.0, 1.0 - 1e-4]]) * (ridge.s[-1] - ridge.s[0]) + ridge.s[0]
+        planes = [
+            (place, place - inner)
+            for (place, inner), here in zip(
+                (chart.at(ridge.at(both)[0]) for both in ends),
+                self._mirrored(side, shape, meshes),
+                strict=True,
+            )
+            if here and not ridge.closed
+        ]
+        return Line(chart.at(ridge.points), planes)
+
+    def _shared(self, side: PosedInterface, meshes: Sequence[SurfaceMesh]) -> set[Hashable]:
+        """Return the faces of a contact, and its bodies that move along it as a whole: these close
+        one contact as far as they open another one."""
+        way = way_of(self._posed, side)
+        if way is None:
+            return {*side.ends}
+        loose = (b for b in side.bodies if not is_held(self._posed, b, meshes[b], way))
+        return {*side.ends, *loose}
+
+    def _of_overlaps(
+        self, group: Sequence[PosedInterface], solution: Solution, meshes: Sequence[SurfaceMesh]
+    ) -> dict[str, float]:
         """Return the forces that end overlaps between nodes, which contacts of a group share: a
         roller may be pressed into one of two plates before it moves."""
         step = step_ends(solution.steps or solution.tried)[-1]
@@ -225,20 +257,17 @@ class Bands(Keeping):
         depth = sum(depths) / len(group)
         if not 0.0 < depth < math.inf:
             return {}
-        thick = [float(np.ptp(mesh.x, axis=0).min()) for mesh in solution.meshes.values()]
-        return {
-            side.name: self._force(
-                side, shapes[side.name], depth, min(thick[b] for b in side.bodies)
-            )
-            for side in group
-            if side.name in shapes
-        }
+        thick, result = [float(np.ptp(mesh.x, axis=0).min()) for mesh in meshes], {}
+        for side in group:
+            if side.name in shapes:
+                deep = 0.5 * min(thick[b] for b in side.bodies)
+                line, modulus = self._line(side, shapes[side.name], meshes), self._modulus(side)
+                result[side.name] = force_at(shapes[side.name][2], line, depth, modulus, deep)
+        return result
 
-    def _force(self, side: PosedInterface, shape: _Shape, depth: float, thickness: float) -> float:
-        """Return the force that ends an overlap of bodies that are so thick."""
-        charts, _, ridge = shape
-        modulus = 1.0 / self._posed.softness(side)
-        return force_at(ridge, charts[0].at(ridge.points), depth, modulus, 0.5 * thickness)
+    def _modulus(self, side: PosedInterface) -> float:
+        """Return E* of a contact [stress]."""
+        return 1.0 / self._posed.softness(side)
 
     def _shape(self, side: PosedInterface, solution: Solution | None) -> _Shape | None:
         """Return the shape of a contact, looked for once; None if it has no straight ridge."""
@@ -298,11 +327,13 @@ class Bands(Keeping):
         return [chart for chart in found if chart is not None]
 
 
-def _connected(sides: Sequence[PosedInterface]) -> list[list[PosedInterface]]:
-    """Return groups of interfaces that have no part in common with others."""
+def _connected(
+    sides: Sequence[PosedInterface], shared: Callable[[PosedInterface], set[Hashable]]
+) -> list[list[PosedInterface]]:
+    """Return groups of interfaces that share nothing with others."""
     groups = list[list[PosedInterface]]()
     for side in sides:
-        shares = [any(set(side.ends) & set(other.ends) for other in group) for group in groups]
+        shares = [any(shared(side) & shared(other) for other in group) for group in groups]
         own = [other for group, near in zip(groups, shares, strict=True) if near for other in group]
         apart = [group for group, near in zip(groups, shares, strict=True) if not near]
         groups = [*apart, [*own, side]]

@@ -25,14 +25,9 @@ def known_force(posed: Posed, side: PosedInterface, meshes: Sequence[SurfaceMesh
 
     `meshes` are any meshes of the bodies.
     """
-    chart = chart_of(posed.boundaries[side.body], side.part)
-    if chart is None:
+    way, forces = way_of(posed, side), None
+    if way is None:
         return None
-    middle, load = 0.5 * (chart.low + chart.high)[None], load_of(posed, side)
-    way = chart.normal(middle)[0] if side.direction is None else side.direction
-    if side.direction is None and load.any() and not chart.flat:
-        way = -load / np.linalg.norm(load)
-    forces = None
     if side.obstacle is not None:
         forces = of_obstacle(posed, side.obstacle, -way)
     elif side.primary is not None:
@@ -40,6 +35,18 @@ def known_force(posed: Posed, side: PosedInterface, meshes: Sequence[SurfaceMesh
     if forces is None:
         forces = of_body(posed, side.body, meshes, side, way)
     return None if forces is None else float(forces.max())
+
+
+def way_of(posed: Posed, side: PosedInterface) -> Array | None:
+    """Return the unit vector (3,) from a secondary to its primary, or None if its face is none that
+    is known."""
+    chart = chart_of(posed.boundaries[side.body], side.part)
+    if chart is None or side.direction is not None:
+        return None if chart is None else side.direction
+    load = load_of(posed, side)
+    if load.any() and not chart.flat:
+        return np.asarray(-load / np.linalg.norm(load))
+    return np.asarray(chart.normal(0.5 * (chart.low + chart.high)[None])[0])
 
 
 def load_of(posed: Posed, side: PosedInterface) -> Array:
@@ -71,10 +78,9 @@ def of_body(
     Obstacles that touch it elsewhere pass their own forces on.
     """
     mesh, body = meshes[number], posed.bodies[number]
-    data = boundary_data(body, mesh, ())
-    (data,), _ = with_volume_loads((body,), [mesh], [data], None)
-    if np.any((np.abs(data.frame @ way) > SLIGHT) & ~data.traction_known):
+    if is_held(posed, number, mesh, way):
         return None
+    (data,), _ = with_volume_loads((body,), [mesh], [boundary_data(body, mesh, ())], None)
     load = data.known_traction - (0.0 if data.volume is None else data.volume[2])
     result = (np.einsum("n,knd->kd", mesh.weight, load) + data.force.sum(axis=1))[1:] @ way
     for other in posed.interfaces:
@@ -84,3 +90,9 @@ def of_body(
                 return None
             result = result + passed
     return np.asarray(result)
+
+
+def is_held(posed: Posed, number: int, mesh: SurfaceMesh, way: Array) -> bool:
+    """Return whether conditions hold a body along a way."""
+    data = boundary_data(posed.bodies[number], mesh, ())
+    return bool(np.any((np.abs(data.frame @ way) > SLIGHT) & ~data.traction_known))

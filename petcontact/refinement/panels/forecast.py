@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import scipy
@@ -22,6 +23,8 @@ GROWTH = 2.5
 """Length of a cell over that of its neighbour nearer to an end [-]."""
 LONGEST, SHORTEST = 0.03, 1e-3
 """Lengths of cells over that of a ridge, in its middle and at its ends [-]."""
+IMAGES = 12
+"""Largest number of images that begin with one plane of symmetry."""
 PARABOLIC = 0.02
 """Largest difference of the gap along a ridge from a parabola, over the approach, with which a
 contact is Hertz' ellipse [-]."""
@@ -103,24 +106,56 @@ class Forecast:
         return float(self.half @ force / force.sum())
 
 
-def forecast_of(ridge: Ridge, places: Array, force: float, modulus: float) -> Forecast:
+@record
+class Line:
+    """Where a ridge lies in space, and where contact goes on beyond planes of symmetry.
+
+    Attributes
+    ----------
+    points : (k, 3) array
+        The points of the ridge [length].
+    planes : list of (3,) arrays in pairs
+        Points at which planes of symmetry end the ridge [length], and vectors normal to them.
+    """
+
+    points: Array
+    planes: Sequence[tuple[Array, Array]] = ()
+
+    def images(self, x: Array) -> Array:
+        """Return points (n, 3) and their images in the planes of symmetry, (c, n, 3)."""
+        result, near = [x], 0.1 * float(np.linalg.norm(x[-1] - x[0]))
+        for first in range(len(self.planes)):
+            image = x
+            for k in range(first, first + IMAGES):
+                place, way = self.planes[k % len(self.planes)]
+                image = image - 2.0 * np.outer((image - place) @ way, way) / (way @ way)
+                apart = [
+                    np.linalg.norm(image.mean(axis=0) - there.mean(axis=0)) for there in result
+                ]
+                if min(apart) < near:  # an image of images in two planes may be there already
+                    break
+                result.append(image)
+        return np.array(result)
+
+
+def forecast_of(ridge: Ridge, line: Line, force: float, modulus: float) -> Forecast:
     """Return the forecast for a force.
 
     Parameters
     ----------
     ridge : Ridge
-    places : (k, 3) array
-        The points of the ridge in space [length].
+    line : Line
+        Where it is in space.
     force : float
         [force]
     modulus : float
         E* of both bodies [stress].
     """
     ellipse = None if ridge.closed else _ellipse(ridge, force, modulus)
-    return ellipse or _sliced(ridge, places, force, modulus)
+    return ellipse or _sliced(ridge, line, force, modulus)
 
 
-def force_at(ridge: Ridge, places: Array, approach: float, modulus: float, deep: float) -> float:
+def force_at(ridge: Ridge, line: Line, approach: float, modulus: float, deep: float) -> float:
     """Return the force of an approach of points `deep` below the surfaces [length], by
     `forecast_of`: half spaces give far below the surface what bodies do not.
 
@@ -129,12 +164,13 @@ def force_at(ridge: Ridge, places: Array, approach: float, modulus: float, deep:
     leaves at most a third of the error of the logarithm: six leave a hundredth of it.
     """
     force = modulus * approach * float(ridge.s[-1] - ridge.s[0])
-    line, least = scipy.interpolate.interp1d(ridge.s, places, axis=0), int(ridge.gap.argmin())
+    at, least = scipy.interpolate.interp1d(ridge.s, line.points, axis=0), int(ridge.gap.argmin())
     for _ in range(6):
-        found = forecast_of(ridge, places, force, modulus)
-        square = np.sum((line(found.s) - places[least]) ** 2, axis=1) + deep**2
+        found = forecast_of(ridge, line, force, modulus)
+        away = line.images(at(found.s)) - line.points[least]
+        nearness = np.sum((np.sum(away**2, axis=2) + deep**2) ** -0.5, axis=0)
         share = found.load * np.gradient(found.s)
-        left = force / (math.pi * modulus) * float(share @ square**-0.5 / share.sum())
+        left = force / (math.pi * modulus) * float(share @ nearness / share.sum())
         force *= approach / max(found.approach - left, 0.1 * found.approach)
     return force
 
@@ -160,7 +196,7 @@ def _ellipse(ridge: Ridge, force: float, modulus: float) -> Forecast | None:
     return Forecast(middle + at, half, load, ends, (False, False), approach, elliptic=True)
 
 
-def _sliced(ridge: Ridge, places: Array, force: float, modulus: float) -> Forecast:
+def _sliced(ridge: Ridge, line: Line, force: float, modulus: float) -> Forecast:
     """Return the forecast of slices that move one another like a line of loads.
 
     A slice of load q per length has a² = 4 q/(π E* k). The slices are solved again on the part of
@@ -169,7 +205,7 @@ def _sliced(ridge: Ridge, places: Array, force: float, modulus: float) -> Foreca
     whole = (float(ridge.s[0]), float(ridge.s[-1]))
     part = whole
     for _ in range(8):
-        found = _on_cells(ridge, places, part, force, modulus)
+        found = _on_cells(ridge, line, part, force, modulus)
         (low, high), reach = found.ends, 0.3 * (found.ends[1] - found.ends[0])
         near = max(low - reach, whole[0]), min(high + reach, whole[1])
         if ridge.closed or near[1] - near[0] > 0.7 * (part[1] - part[0]):
@@ -179,15 +215,18 @@ def _sliced(ridge: Ridge, places: Array, force: float, modulus: float) -> Foreca
 
 
 def _on_cells(
-    ridge: Ridge, places: Array, part: tuple[float, float], force: float, modulus: float
+    ridge: Ridge, line: Line, part: tuple[float, float], force: float, modulus: float
 ) -> Forecast:
     """Return the forecast of slices on a part of the ridge."""
     edges = _edges(ridge, part, force, modulus)
     s, h = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
-    line = scipy.interpolate.PchipInterpolator(ridge.s, np.column_stack([ridge.gap, places]))(s)
-    apart = np.linalg.norm(line[:, None, 1:] - line[:, 1:], axis=2)
+    gap, *x = scipy.interpolate.PchipInterpolator(
+        ridge.s, np.column_stack([ridge.gap, line.points])
+    )(s).T
+    x = np.array(x).T
+    apart = np.linalg.norm(x[:, None] - line.images(x)[:, None], axis=3)
     k = np.interp(s, ridge.s, ridge.curvature)
-    load, approach = _loads(apart, h, (line[:, 0] - ridge.gap.min(), k), force, modulus)
+    load, approach = _loads(apart, h, (gap - ridge.gap.min(), k), force, modulus)
     first, last = np.flatnonzero(load > 0.0)[[0, -1]].tolist()
     sharp = (
         first == 0 and part[0] == ridge.s[0],
@@ -212,14 +251,17 @@ def _edges(ridge: Ridge, part: tuple[float, float], force: float, modulus: float
 def _loads(
     apart: Array, h: Array, shape: tuple[Array, Array], force: float, modulus: float
 ) -> tuple[Array, float]:
-    """Return the loads (n,) of cells with half-lengths h, and the approach, by an active set."""
+    """Return the loads (n,) of cells with half-lengths h, and the approach, by an active set.
+
+    `apart` (c, n, n) are distances of cells from all cells and from their images.
+    """
     gap, k = shape
     stiff = math.pi * modulus
     load, on = np.full(len(h), force / (2.0 * h.sum())), np.ones(len(h), dtype=bool)
     approach = 0.0
     for _ in range(80):
         c = CENTRED * np.sqrt(4.0 * np.maximum(load, 1e-4 * load.max()) / (stiff * k))
-        moved = (np.arcsinh((apart + h) / c) - np.arcsinh((apart - h) / c)) / stiff
+        moved = np.sum(np.arcsinh((apart + h) / c) - np.arcsinh((apart - h) / c), axis=0) / stiff
         i, new = np.flatnonzero(on), np.zeros(len(h))
         both = np.linalg.solve(moved[np.ix_(i, i)], np.column_stack([np.ones(len(i)), gap[i]]))
         width = 2.0 * h[i]

@@ -13,7 +13,13 @@ from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
 from petcontact.refinement.panels.bands import _one_frame, banded
 from petcontact.refinement.panels.face_gaps import face_gap, touching
-from petcontact.refinement.panels.forecast import band_of, force_at, forecast_of, hertz_ellipse
+from petcontact.refinement.panels.forecast import (
+    Line,
+    band_of,
+    force_at,
+    forecast_of,
+    hertz_ellipse,
+)
 from petcontact.refinement.panels.ridge import ridge_of
 
 BOX = BoxSurface(np.array([-3.0, -3.0, -6.0]), np.array([3.0, 3.0, 0.0]))
@@ -22,7 +28,7 @@ BOX = BoxSurface(np.array([-3.0, -3.0, -6.0]), np.array([3.0, 3.0, 0.0]))
 def expected(text, force=0.1, modulus=1000.0):
     chart = chart_of(BOX, "top")
     ridge = ridge_of(face_gap(chart, as_given(text, "gap"), None, None), chart)
-    return chart, ridge, forecast_of(ridge, chart.at(ridge.points), force, modulus)
+    return chart, ridge, forecast_of(ridge, Line(chart.at(ridge.points)), force, modulus)
 
 
 def test_a_gap_that_is_least_in_a_corner_has_no_ridge():
@@ -139,7 +145,7 @@ def test_panels_of_a_cylinder_lie_on_it():
         chart_of(BoxSurface(np.array([-8.0, -6, -6]), np.array([8.0, 6, 0])), "top"),
     )
     ridge = ridge_of(face_gap(chart, None, np.array([0.0, 0.0, -1.0]), plate), chart)
-    forecast = forecast_of(ridge, chart.at(ridge.points), 500.0, 1e5)
+    forecast = forecast_of(ridge, Line(chart.at(ridge.points)), 500.0, 1e5)
     assert ridge.curvature == pytest.approx(0.2, rel=1e-3)
     assert forecast.sharp == (True, True)
     assert forecast.ends[1] - forecast.ends[0] == pytest.approx(10.0)
@@ -189,7 +195,7 @@ def test_the_ridge_of_a_whole_o_ring_goes_round(narrower):
     surface = Revolved(shape="revolved", loops=[sides]).outline()
     chart = chart_of(surface, "upper")
     ridge = ridge_of(face_gap(chart, as_given("2.65 - z", "gap"), None, None), chart)
-    forecast = forecast_of(ridge, chart.at(ridge.points), 46.87, 10.0 / (1.0 - 0.49**2))
+    forecast = forecast_of(ridge, Line(chart.at(ridge.points)), 46.87, 10.0 / (1.0 - 0.49**2))
     assert ridge.closed
     assert sorted(ridge.points[[0, -1], 0]) == pytest.approx([0.0, 50.0 * np.pi], abs=1e-6)
     assert forecast.half == pytest.approx(0.2764, rel=2e-3)  # of the axial problem
@@ -208,18 +214,28 @@ def test_the_ridge_of_a_whole_o_ring_goes_round(narrower):
     assert np.abs(lines[:, None] - near).min(axis=1).max() < 1e-5
 
 
-@pytest.mark.parametrize(("approach", "force"), [(0.01, 2.019), (0.1, 31.38)])
-def test_an_o_ring_between_plates_has_the_force_of_its_squeeze(approach, force):
+@pytest.mark.parametrize(
+    ("approach", "force", "angle"),
+    [(0.01, 2.019, 360.0), (0.1, 31.38, 360.0), (0.1, 31.38, 90.0), (0.1, 31.38, 30.0)],
+)
+def test_an_o_ring_between_plates_has_the_force_of_its_squeeze(approach, force, angle):
     """As configs/axial_o_ring.toml without friction, at a squeeze of 1 and 10 %: half spaces would
-    yield twice as much, since they are moved far from the ring, too."""
+    yield twice as much, since they are moved far from the ring, too. A piece between planes of
+    symmetry feels the whole ring, and contact is as wide at its ends."""
     sides = [
         {"part": "upper", "to": [11.0, 0.0], "radius": -1.0},
         {"part": "lower", "to": [9.0, 0.0], "radius": -1.0},
     ]
-    chart = chart_of(Revolved(shape="revolved", loops=[sides]).outline(), "upper")
+    ring = Revolved(shape="revolved", loops=[sides], angle=angle).outline()
+    chart = chart_of(ring, "upper")
     ridge = ridge_of(face_gap(chart, as_given("1 - z", "gap"), None, None), chart)
-    found = force_at(ridge, chart.at(ridge.points), approach, 6.0 / (1.0 - 0.48**2), 1.0)
-    assert found == pytest.approx(force, rel=0.01)
+    ends = chart.at(ridge.points)[[0, -1]] * [1.0, 1.0, 0.0]
+    planes = [] if angle == 360.0 else [(end, np.cross([0.0, 0.0, 1.0], end)) for end in ends]
+    line, modulus = Line(chart.at(ridge.points), planes), 6.0 / (1.0 - 0.48**2)
+    found = force_at(ridge, line, approach, modulus, 1.0)
+    assert found == pytest.approx(force * angle / 360.0, rel=0.02)
+    half = forecast_of(ridge, line, found, modulus).half
+    assert np.ptp(half) < 0.01 * half.max()
 
 
 def test_a_pin_in_a_bore_touches_where_it_moves():
@@ -239,7 +255,7 @@ def test_a_pin_in_a_bore_touches_where_it_moves():
         np.broadcast_to(-10.0 * way[:2], (len(ridge.s), 2)), abs=1e-2
     )
     # slices of a short contact that are shorter than wide would have loads with alternating signs
-    forecast = forecast_of(ridge, chart.at(ridge.points), 2000.0, 230_769.0)
+    forecast = forecast_of(ridge, Line(chart.at(ridge.points)), 2000.0, 230_769.0)
     middle = forecast.load[np.abs(forecast.s - 10.0) < 5.0]
     assert middle.min() > 0.95 * middle.max()
 
@@ -253,7 +269,7 @@ def test_two_bands_on_one_roller_have_half_of_its_side_each():
         chart = chart_of(surface, "side", np.array([0.0, 0.0, 5.0 * way]))
         other = chart_of(plate, "top" if way < 0.0 else "bottom")
         ridge = ridge_of(face_gap(chart, None, np.array([0.0, 0.0, way]), other), chart)
-        forecast = forecast_of(ridge, chart.at(ridge.points), 500.0, 1e5)
+        forecast = forecast_of(ridge, Line(chart.at(ridge.points)), 500.0, 1e5)
         laid.append((chart, band_of(ridge, forecast), 0))
     mesh = round_mesh(surface, 3.0, 1)
     alone, both = (banded(mesh, "side", *some) for some in (laid[:1], laid))
