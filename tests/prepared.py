@@ -44,7 +44,7 @@ def filled(ops: BoundaryOperators) -> tuple[Array, Array, Array]:
 
 def strips_of(ops: BoundaryOperators) -> list[Strip]:
     """Of the contact nodes of one body."""
-    return strips(ops, ops.data.contact_nodes, ops.data.contact_frame)
+    return list(strips(ops, ops.data.contact_nodes, ops.data.contact_frame))
 
 
 def layer_of(ops: BoundaryOperators) -> LayerOperator:

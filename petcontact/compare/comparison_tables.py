@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -50,13 +50,13 @@ def markdown(rows: Sequence[Trial]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _groups(rows: Sequence[Trial]) -> Iterable[tuple[str, list[Trial]]]:
+def _groups(rows: Sequence[Trial]) -> Iterator[tuple[str, list[Trial]]]:
     for name in dict.fromkeys(row.contender for row in rows):
         yield name, [row for row in rows if row.contender == name]
 
 
-def _costs(rows: Sequence[Trial]) -> list[list[str]]:
-    head = [
+def _costs(rows: Sequence[Trial]) -> Iterator[list[str]]:
+    yield [
         "method",
         "iterations",
         "elastic solves",
@@ -66,23 +66,19 @@ def _costs(rows: Sequence[Trial]) -> list[list[str]]:
         "error u_t",
         "error σ_t",
     ]
-    body = []
     for name, group in _groups(rows):
         bad = sum(not row.converged for row in group)
-        body.append(
-            [
-                name + (f" ({bad} of {len(group)} not converged)" if bad else ""),
-                _span([row.iterations for row in group]),
-                _span([row.elastic_solves for row in group]),
-                _span([row.applications for row in group]),
-                _span([round(1e3 * row.seconds, 1) for row in group]),
-                *(
-                    f"{max(getattr(row, key) for row in group):.1e}"
-                    for key in ("residual", "error_u", "error_sigma")
-                ),
-            ]
-        )
-    return [head, *body]
+        yield [
+            name + (f" ({bad} of {len(group)} not converged)" if bad else ""),
+            _span([row.iterations for row in group]),
+            _span([row.elastic_solves for row in group]),
+            _span([row.applications for row in group]),
+            _span([round(1e3 * row.seconds, 1) for row in group]),
+            *(
+                f"{max(getattr(row, key) for row in group):.1e}"
+                for key in ("residual", "error_u", "error_sigma")
+            ),
+        ]
 
 
 def _span(values: Sequence[float]) -> str:
@@ -90,13 +86,12 @@ def _span(values: Sequence[float]) -> str:
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
-def _by_rho(rows: Sequence[Trial]) -> list[list[str]]:
+def _by_rho(rows: Sequence[Trial]) -> Iterator[list[str]]:
     rhos = sorted({row.rho for row in rows if row.rho is not None})
-    body = []
+    yield ["method", *(f"{rho:g}" for rho in rhos)]
     for name, group in _groups(rows):
         by_rho = {row.rho: f"{'' if row.converged else '> '}{row.iterations}" for row in group}
-        body.append([name, *(by_rho.get(rho, by_rho.get(None, "")) for rho in rhos)])
-    return [["method", *(f"{rho:g}" for rho in rhos)], *body]
+        yield [name, *(by_rho.get(rho, by_rho.get(None, "")) for rho in rhos)]
 
 
 def csv_text(rows: Sequence[Trial]) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import copy
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -259,7 +259,9 @@ class BodiesSystem:
                 measure = np.concatenate(
                     [self.bodies[i.body].mesh.measure[i.nodes] for i in self.interfaces]
                 )
-                self._layer.append(LayerOperator(self._strips(), self.weight, self._x, measure))
+                self._layer.append(
+                    LayerOperator(list(self._strips()), self.weight, self._x, measure)
+                )
             elif max(self.size, *(len(body.contact) for body in self.bodies)) <= LARGEST:
                 alone = len(self.bodies) == 1 and all(face.held for face in self.interfaces)
                 self._layer.append(
@@ -277,10 +279,9 @@ class BodiesSystem:
             total += maps.seen(own @ maps.carried(identity))
         return total
 
-    def _strips(self) -> list[Strip]:
+    def _strips(self) -> Iterator[Strip]:
         from .layer.kernel import body_thickness, strips
 
-        result: list[Strip] = []
         for where, face in zip(self.slices, self.interfaces, strict=True):
             others: tuple[tuple[float, float], ...] = ()
             if face.primary is not None and face.primary_nodes is not None:
@@ -290,8 +291,8 @@ class BodiesSystem:
             own_strips = strips(
                 self.bodies[face.body].operators, face.nodes, face.directions, others
             )
-            result += [replace(strip, nodes=strip.nodes + where.start) for strip in own_strips]
-        return result
+            for strip in own_strips:
+                yield replace(strip, nodes=strip.nodes + where.start)
 
     def weighted(self, modes: Array) -> Array:
         """Return E = MᵀW (q, k M) of an obstacle; E σ is the resultant of the tractions on it."""

@@ -65,14 +65,14 @@ def convert_inp(path: str | Path, name: str) -> Converted:
             f"{path}: bodies of revolution (CAX) beside others; a problem has one kind"
         )
     meshes = {f"{name}-{body.name}.msh": body for body in bodies}
-    pairs = _pairs(reader, bodies)
+    pairs = list(_pairs(reader, bodies))
     data: Keyed = {
         "title": Path(path).stem,
         "symmetry": "axial" if bodies[0].kind == "CAX" else "",
         "body": [body.table(mesh) for mesh, body in meshes.items()],
         "obstacle": [obstacle(reader, one, 0, bodies[0].kind) for one in _rigid(reader, pairs)],
         "contact": [pair | (bolt(reader, at, 0) if at else {}) for pair, at in pairs],
-        "step": _steps(reader, bodies, pairs),
+        "step": list(_steps(reader, bodies, pairs)),
     }
     lost = [*_uncovered(reader, bodies), *_unused(reader, bodies), *_lost_forces(reader, bodies)]
     notes = [*reader.notes, *lost]
@@ -151,9 +151,8 @@ def _unused(reader: Statements, bodies: list[InpBody]) -> Iterator[str]:
         )
 
 
-def _pairs(reader: Statements, bodies: list[InpBody]) -> list[Pair]:
+def _pairs(reader: Statements, bodies: list[InpBody]) -> Iterator[Pair]:
     """Contacts, each with the node at which a bolt is pulled there."""
-    pairs: list[Pair] = []
     nodes = {one.name for one in reader.references}
     for number, pair in enumerate(reader.pairs, 1):
         ends = {
@@ -173,8 +172,7 @@ def _pairs(reader: Statements, bodies: list[InpBody]) -> list[Pair]:
         gap = reader.clearances.get((pair["secondary"], pair["primary"]))
         sides = {side: end if len(end) > 1 else end[0] for side, end in ends.items()}
         given = {"name": f"pair{number}", **sides, **law, **({} if gap is None else {"gap": gap})}
-        pairs.append((given, pair.get("bolt")))
-    return pairs
+        yield given, pair.get("bolt")
 
 
 def _rigid(reader: Statements, pairs: list[Pair]) -> list[Reference]:
@@ -185,9 +183,8 @@ def _rigid(reader: Statements, pairs: list[Pair]) -> list[Reference]:
     ]
 
 
-def _steps(reader: Statements, bodies: list[InpBody], pairs: list[Pair]) -> list[Keyed]:
+def _steps(reader: Statements, bodies: list[InpBody], pairs: list[Pair]) -> Iterator[Keyed]:
     """Load steps, where there are several: what has another value than in the step before."""
-    steps: list[Keyed] = []
     for number, name in enumerate(reader.steps if len(reader.steps) > 1 else ()):
         changes: dict[str, list[Keyed]] = {"boundary": [], "loads": [], "point_force": []}
         for body in bodies if number else ():
@@ -211,8 +208,7 @@ def _steps(reader: Statements, bodies: list[InpBody], pairs: list[Pair]) -> list
                 changes["loads"].append({**own, **ended, **now})
         if number:
             changes |= _followers(reader, pairs, bodies[0].kind, number)
-        steps.append({"name": name, **{k: v for k, v in changes.items() if v}})
-    return steps
+        yield {"name": name, **{k: v for k, v in changes.items() if v}}
 
 
 def _followers(

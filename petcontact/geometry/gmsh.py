@@ -4,6 +4,7 @@ groups being the parts."""
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +51,7 @@ def gmsh_outline(mesh: Mesh, file: str, axial: bool = False) -> Outline:
         lines = {
             (a, b): lines.get((a, b), (a, b, middle, UNNAMED)) for (a, b), middle in edges.items()
         }
-    return Outline(oriented(_loops(lines, points, file)))
+    return Outline(oriented(list(_loops(lines, points, file))))
 
 
 def read_msh(file: str) -> Mesh:
@@ -197,7 +198,7 @@ def _boundary_edges(mesh: Mesh) -> Edges | None:
     return {(a, b): None if middle < 0 else middle for a, b, middle in found}
 
 
-def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list[list[Side]]:
+def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> Iterator[list[Side]]:
     """Lines chained into closed loops of sides."""
     at_node: dict[int, list[tuple[int, int]]] = {}
     for edge in lines:
@@ -211,7 +212,6 @@ def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list
                 "with shared nodes"
             )
     left = dict.fromkeys(lines)
-    loops = []
     while left:
         edge = next(iter(left))
         node = first = lines[edge][0]
@@ -228,8 +228,7 @@ def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list
                 break
             one, other = at_node[node]
             edge = other if one == edge else one
-        loops.append(_from_start_of_part(loop))
-    return loops
+        yield _from_start_of_part(loop)
 
 
 def _from_start_of_part(loop: list[Side]) -> list[Side]:

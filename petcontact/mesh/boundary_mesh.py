@@ -253,8 +253,8 @@ class BoundaryMesh(Keeping, abc.ABC):
         return u
 
     @abc.abstractmethod
-    def batches(self) -> list[Batch]:
-        """Return all elements, grouped by kind."""
+    def batches(self) -> Iterator[Batch]:
+        """Yield all elements, grouped by kind."""
 
     @abc.abstractmethod
     def elements(self, numbers: Index) -> Any:

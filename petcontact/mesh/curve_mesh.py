@@ -4,6 +4,7 @@ normals."""
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
@@ -264,14 +265,12 @@ class CurveMesh(BoundaryMesh):
         nowhere = np.full(len(x), -1)
         return Targets(point=x, line=nowhere, element=nowhere, xi=np.zeros(len(x)))
 
-    def batches(self) -> list[Batch]:
-        """Return all elements, grouped by order."""
-        result = []
+    def batches(self) -> Iterator[Batch]:
+        """Yield all elements, grouped by order."""
         for order in np.unique(self.order):
             group = np.flatnonzero(self.order == order)
             nodes = (self.first_node[group][:, None] + np.arange(order + 1)).ravel()
-            result.append(Batch(self.elements(group), nodes))
-        return result
+            yield Batch(self.elements(group), nodes)
 
     def loops(self) -> list[Index]:
         """Return the numbers of the elements of each closed loop, in order, the outer loop

@@ -6,6 +6,7 @@ Panels need not match across edges.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
@@ -185,14 +186,14 @@ class SurfaceMesh(BoundaryMesh):
             result[nodes.ravel()] = panels.nodes.reshape(-1, 2)
         return result
 
-    def batches(self) -> list[Batch]:
+    def batches(self) -> Iterator[Batch]:
         """Return all panels, grouped by shape and order."""
-        return [
+        return (
             Batch(
                 panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel()
             )
             for panels in self._groups.values()
-        ]
+        )
 
     def faces(self, *parts: str) -> tuple[Index, PanelFaces]:
         """Return the numbers of the panels of parts, and these panels for contact search."""

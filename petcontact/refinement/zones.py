@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -29,18 +30,17 @@ class Zone:
 
 
 @functools.singledispatch
-def zones_of(mesh: BoundaryMesh, nodes: Index, sign: Array) -> list[Zone]:
-    """Return the intervals of contact nodes with equal sign (0 stick, ±1 slip).
+def zones_of(mesh: BoundaryMesh, nodes: Index, sign: Array) -> Iterator[Zone]:
+    """Yield the intervals of contact nodes with equal sign (0 stick, ±1 slip).
 
-    On surfaces the list is empty: the field `state` shows the zones there.
+    On surfaces there is none: the field `state` shows the zones there.
     """
-    return []
+    return iter(())
 
 
 @zones_of.register
-def _(mesh: CurveMesh, nodes: Index, sign: Array) -> list[Zone]:
-    """Return zones that end between two elements, or half-way between nodes of one element."""
-    zones = []
+def _(mesh: CurveMesh, nodes: Index, sign: Array) -> Iterator[Zone]:
+    """Yield zones that end between two elements, or half-way between nodes of one element."""
     arc_length, parts = mesh.arc_length[nodes], mesh.node_part[nodes]
     for part in dict.fromkeys(parts.tolist()):
         chosen = np.flatnonzero(parts == part)
@@ -54,7 +54,4 @@ def _(mesh: CurveMesh, nodes: Index, sign: Array) -> list[Zone]:
         total = mesh.side_start[element[-1]] + mesh.length[element[-1]]
         ends = np.concatenate([[0.0], borders, [total]])
         for k, first in enumerate([0, *(cuts + 1)]):
-            zones.append(
-                Zone(mesh.part_names[part], float(ends[k]), float(ends[k + 1]), int(signs[first]))
-            )
-    return zones
+            yield Zone(mesh.part_names[part], float(ends[k]), float(ends[k + 1]), int(signs[first]))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -88,7 +88,7 @@ def areas(
     pair: PairResult,
     compliance: float,
     elements: Sequence[int] = (),
-) -> list[tuple[float, float]]:
+) -> Iterator[tuple[float, float]]:
     """Areas, in the plane lengths, of what is closed and of what slips, each with how far it may be
     off on this mesh: what the elements of its edges hold between two nodes [area].
 
@@ -108,7 +108,6 @@ def areas(
     contact = _Contact(nodes, pair, numbers, row, compliance, np.isin(numbers, elements))
     area = np.bincount(row, pair.weight)
     pressed = _pressed(mesh, contact)
-    result = []
     for inside in (pair.state != OPEN, pair.state == SLIP):
         share = np.bincount(row, pair.weight * inside) / area
         mixed = at_edge = (share > 0.0) & (share < 1.0)
@@ -117,8 +116,7 @@ def areas(
             mixed = mixed | at_edge & (share > 0.0)
         off = float((area / np.bincount(row))[mixed].sum())
         # where p would pull beyond an edge of a panel its share has left that out
-        result.append((float(area @ (share * np.where(at_edge, 1.0, pressed))), off))
-    return result
+        yield float(area @ (share * np.where(at_edge, 1.0, pressed))), off
 
 
 def in_doubt(

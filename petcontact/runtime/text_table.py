@@ -12,7 +12,7 @@ FORMULA = ("=", "+", "-", "@")
 """What a spreadsheet's formula begins with."""
 
 
-def aligned(grid: Sequence[Sequence[str]]) -> list[str]:
+def aligned(grid: Iterable[Sequence[str]]) -> list[str]:
     """Lines of a Markdown table whose columns are aligned to the right, so that it reads well as
     plain text too.
 

@@ -3,7 +3,7 @@ groups."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import scipy
@@ -75,8 +75,8 @@ class Nodes:
             + (components * nodes[:, None] + np.arange(components)).ravel()
         )
 
-    def patches(self) -> list[Subdomain]:
-        """Return one patch a cluster.
+    def patches(self) -> Iterator[Subdomain]:
+        """Yield one patch a cluster.
 
         It has the nodes of the cluster, those that face them, a margin around both, and the nodes
         that face the margin.
@@ -87,7 +87,6 @@ class Nodes:
         for group in np.split(order, np.flatnonzero(np.diff(self.leader[order])) + 1):
             if len(group):
                 led[self.leader[group[0]]] = group
-        patches = []
         for b, body in enumerate(self.rows):
             for cluster in body.tree.cut(OWN).tolist():
                 inside = (
@@ -95,10 +94,7 @@ class Nodes:
                 )
                 leaders = inside[self.leader[inside] == inside]
                 if len(leaders):
-                    patches.append(
-                        self._patch(np.concatenate([leaders, *(led[node] for node in leaders)]))
-                    )
-        return patches
+                    yield self._patch(np.concatenate([leaders, *(led[node] for node in leaders)]))
 
     def _patch(self, own: Index) -> Subdomain:
         taken = [self._around(b, own) for b in range(len(self.rows))]

@@ -46,7 +46,7 @@ class Preconditioner:
         group, columns = nodes.groups()
         self._coarse = CoarseLevel(group, columns, total(sums(rows, coupling, group, columns)))
         self._dual, self._sums = motions[1], np.asarray(self._coarse.repeat.T @ motions[0])
-        patches = nodes.patches()[share[0] :: share[1]]
+        patches = list(nodes.patches())[share[0] :: share[1]]
         self._local = LocalSolves(rows, coupling.first_column, patches, coupling.size)
         self._local.update(expansion.factors, np.ones(coupling.size, dtype=bool))
         self._coupling, self._total, self._law = coupling, total, expansion.relation.basis

@@ -12,6 +12,7 @@ directions. For two bodies T is the sum of their layers.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -90,7 +91,7 @@ def strips(
     nodes: Index,
     directions: Array,
     others: tuple[tuple[float, float], ...] = (),
-) -> list[Strip]:
+) -> Iterator[Strip]:
     """Return one strip for each direction and each smooth stretch of contact elements.
 
     A stretch may extend over several parts.
@@ -106,7 +107,6 @@ def strips(
         Layers of other bodies on which the same tractions act.
     """
     mesh = as_curve(operators.mesh)
-    result = []
     for elements in smooth_stretches(mesh, nodes):
         owner, local = ranked(mesh.order[elements] + 1)
         node_positions = np.searchsorted(nodes, mesh.first_node[elements][owner] + local)
@@ -127,10 +127,9 @@ def strips(
                     operators, mesh.start, mesh.end[last], directions[node_positions[-1], c]
                 ),
             )
-            result.append(
-                Strip(node_positions, start, length, mesh.order[elements], closed, layers, ends, c)
+            yield Strip(
+                node_positions, start, length, mesh.order[elements], closed, layers, ends, c
             )
-    return result
 
 
 def smooth_stretches(mesh: CurveMesh, nodes: Index) -> list[Index]:

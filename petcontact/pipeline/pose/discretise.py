@@ -237,7 +237,7 @@ def _on_meshes(
             findings += notes
         interfaces.append(own)
         distance.append(far)
-    interfaces = nearest_only(problem.interfaces, interfaces)
+    interfaces = list(nearest_only(problem.interfaces, interfaces))
     return interfaces, distance, [*findings, *untouched(problem.interfaces, interfaces)]
 
 

@@ -79,12 +79,11 @@ def facings_of(sides: Sequence[PosedInterface], meshes: list[BoundaryMesh]) -> l
 
 def nearest_only(
     sides: Sequence[PosedInterface], interfaces: Sequence[Interface]
-) -> list[Interface]:
-    """Return the interfaces, of several primaries with the nodes that meet this one first.
+) -> Iterator[Interface]:
+    """Yield the interfaces, of several primaries with the nodes that meet this one first.
 
     The others face nothing there.
     """
-    result = list[Interface]()
     pairs = zip(sides, interfaces, strict=True)
     for _, group in itertools.groupby(pairs, lambda pair: (pair[0].group, pair[0].ends[0])):
         faces = [interface for _, interface in group]
@@ -94,8 +93,7 @@ def nearest_only(
             lost = nearest != k
             distance = None if own.distance is None else np.where(lost, np.inf, own.distance)
             faces[k] = replace(own, gap=np.where(lost, np.inf, own.gap), distance=distance)
-        result += faces
-    return result
+        yield from faces
 
 
 def untouched(

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from .number import Number
 
 
-def balanced(numbers: Sequence[Number], *, supports: bool) -> list[Number]:
-    """Return numbers whose forces, and moments, share their errors at the end of a step.
+def balanced(numbers: Sequence[Number], *, supports: bool) -> Iterator[Number]:
+    """Yield numbers whose forces, and moments, share their errors at the end of a step.
 
     They balance one another: where one is off another one is, though two meshes may agree on it by
     chance. It is off by as much, or by the same share of all that acts. What supports are held by
@@ -22,10 +22,8 @@ def balanced(numbers: Sequence[Number], *, supports: bool) -> list[Number]:
         counts = supports or " on " not in number.name or number.name.endswith("on the primary")
         if number.is_resultant and counts and not np.isnan(number.error):
             acting.setdefault((number.unit, *number.key[2:]), []).append(number)
-    result = []
     for number in numbers:
         others = acting.get((number.unit, *number.key[2:]), []) if number.is_resultant else []
         errors = [each.error * min(1.0, number.scale / each.scale) for each in others]
         own = [number.error] if errors and not np.isnan(number.error) else []
-        result.append(number.known_to(max(errors + own)) if errors else number)
-    return result
+        yield number.known_to(max(errors + own)) if errors else number

@@ -80,7 +80,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         # the fit of a K is off besides what the mesh is off
         error = np.maximum(error, alone) if np.isnan(number.exponent) else np.hypot(error, alone)
         result.append(number.known_to(float(error)))
-    return balanced(result, supports=solution.problem.kind == "bilateral")
+    return [*balanced(result, supports=solution.problem.kind == "bilateral")]
 
 
 def _shared(solution: Evaluated, number: Number) -> float:

@@ -136,11 +136,10 @@ def _amplitude(
 
 def fits(solution: Evaluated, step: StepResult) -> list[Fit]:
     """Return K of all modes of all places after an increment."""
-    return solution.at_end("fits", step, lambda: _fits(solution, step))
+    return solution.at_end("fits", step, lambda: [*_fits(solution, step)])
 
 
-def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
-    every = list[Fit]()
+def _fits(solution: Evaluated, step: StepResult) -> Iterator[Fit]:
     materials = {each.name: each.material for each in solution.posed.bodies}
     for body, places in singular_places(solution, step).items():
         material = materials[body]
@@ -150,11 +149,10 @@ def _fits(solution: Evaluated, step: StepResult) -> list[Fit]:
             for expansion in place.expansions:
                 found = sides.fit(expansion)
                 spreads = functools.cache(functools.partial(_spreads, sides, expansion, found))
-                every += _pressing(
+                yield from _pressing(
                     Fit(place, expansion, mode, float(found[0, k]), across, spreads, k)
                     for k, mode in enumerate(expansion.modes)
                 )
-    return every
 
 
 def _pressing(fits: Iterable[Fit]) -> list[Fit]:

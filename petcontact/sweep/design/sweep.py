@@ -8,7 +8,7 @@ import fnmatch
 import functools
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +70,7 @@ class Sweep:
         self.source = source
         self.file: SweepFile = parse(SweepFile, data, source)
         self.axes, names = make_axes(self.file, list(problems.values()), source)
-        self.bases = _bases(self.file, problems, source)
+        self.bases = list(_bases(self.file, problems, source))
         keys = [key for axis in self.axes for key in axis.keys]
         for key in keys:
             if keys.count(key) > 1 or any(key in base.fixed for base in self.bases):
@@ -172,7 +172,7 @@ class Sweep:
         return self.bases[place], varied
 
 
-def _bases(file: SweepFile, problems: dict[str, Keyed], source: str) -> list[Base]:
+def _bases(file: SweepFile, problems: dict[str, Keyed], source: str) -> Iterator[Base]:
     stems = {path: value_word(Path(path).stem) for path in problems}
     if len(set(stems.values())) < len(stems):
         raise InputError(
@@ -180,19 +180,15 @@ def _bases(file: SweepFile, problems: dict[str, Keyed], source: str) -> list[Bas
             f"{list(problems)}"
         )
     fixed = {full_key(key, source): value for key, value in file.set.items()}
-    bases = []
     for path, variant in itertools.product(problems, file.variant or ({},)):
         own = {full_key(key, source): value for key, value in variant.items() if key != "name"}
-        bases.append(
-            Base(
-                stems[path],
-                variant.get("name", ""),
-                problems[path],
-                {**fixed, **own},
-                Path(path).parent,
-            )
+        yield Base(
+            stems[path],
+            variant.get("name", ""),
+            problems[path],
+            {**fixed, **own},
+            Path(path).parent,
         )
-    return bases
 
 
 def read_sweep(path: str | Path) -> Sweep:
