@@ -37,8 +37,9 @@ from .judge.solutions import findings_of, reached
 from .pose.discretise import Discrete, discretise
 from .steps.cycles import wear_history
 from .steps.feasibility import check_feasible
-from .steps.increment import Monitor, PreparedProblem
+from .steps.increment import Monitor
 from .steps.path import GROWTH, divided_load, with_fewer, with_paths
+from .steps.prepared import PreparedProblem
 from .steps.start import finished_before, first_iterate
 from .steps.step_loop import increments
 

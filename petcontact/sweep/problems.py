@@ -10,7 +10,7 @@ from ..model.problem import Problem
 from ..pipeline.pose.discretise import discretise
 from ..pipeline.run import prepare, run
 from ..pipeline.solve import adapts_itself, solve
-from ..pipeline.steps.increment import PreparedProblem
+from ..pipeline.steps.prepared import PreparedProblem
 from ..results.solution import Solution
 from ..untyped import Comm
 

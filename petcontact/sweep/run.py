@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import PetcontactError
-from ..pipeline.steps.increment import PreparedProblem
+from ..pipeline.steps.prepared import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import given_options

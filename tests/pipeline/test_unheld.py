@@ -13,7 +13,8 @@ from shapes import cuboid, drawn, elastic, moved, problem, rectangle, solid, tou
 
 from petcontact import load, solve
 from petcontact.pipeline.steps import step_loop
-from petcontact.pipeline.steps.increment import HALVINGS, Increment
+from petcontact.pipeline.steps.increment import Increment
+from petcontact.pipeline.steps.prepared import HALVINGS
 
 EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
 

@@ -36,7 +36,7 @@ from ..judge.findings import limit_of, new_finding
 from ..judge.remainders import DataRemainders, missed_data
 from ..pose.discretise import discretise
 from ..run import RESOLVED, Coarse, prepare, unreported
-from ..steps.increment import PreparedProblem
+from ..steps.prepared import PreparedProblem
 from ..steps.step_loop import known_factors
 from .budget import says_something
 from .difference import difference, displacement_difference

@@ -25,7 +25,8 @@ from ..eliminate import Announce, Progress, silent
 from ..judge.thickness import compactness
 from ..pose.discretise import Discrete, discretise
 from ..run import RESOLVED, Coarse, prepare, reported, unreported
-from ..steps.increment import Monitor, PreparedProblem
+from ..steps.increment import Monitor
+from ..steps.prepared import PreparedProblem
 from ..steps.step_loop import known_factors
 from .budget import says_something
 from .fixed_mesh import FEW, MOST_ITERATIONS, by_newton

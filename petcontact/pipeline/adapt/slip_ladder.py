@@ -29,7 +29,7 @@ from ...results.solution import Solution
 from ...round_off import HALF
 from ...untyped import Keyed
 from ..pose.body_parts import body_alone
-from ..steps.increment import PreparedProblem
+from ..steps.prepared import PreparedProblem
 from .difference import difference as traction_difference
 from .strategy import Before, Estimate, Meshes, Strategy, Tried, Wanted
 

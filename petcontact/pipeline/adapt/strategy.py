@@ -17,7 +17,7 @@ from ...results.solution import Solution
 from ...untyped import Keyed
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..pose.discretise import Discrete
-from ..steps.increment import PreparedProblem
+from ..steps.prepared import PreparedProblem
 
 M = TypeVar("M")
 

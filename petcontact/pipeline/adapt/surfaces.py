@@ -22,7 +22,7 @@ from ...results.records import StepResult, step_ends
 from ...untyped import Keyed
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panels
-from ..steps.increment import PreparedProblem
+from ..steps.prepared import PreparedProblem
 from ..steps.start import carried_over, start_within
 from .banded import Bands
 from .budget import budget_of

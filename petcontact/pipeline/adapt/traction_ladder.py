@@ -28,7 +28,7 @@ from ...results.solution import Solution
 from ...untyped import Keyed
 from ..judge.findings import limit_of, wants_smaller_elements
 from ..pose.body_parts import body_alone
-from ..steps.increment import PreparedProblem
+from ..steps.prepared import PreparedProblem
 from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
 from .strategy import Estimate, Meshes, Strategy, Tried, Wanted, no_start

@@ -18,7 +18,7 @@ from ...results.report import Finding
 from ...results.solution import Solution
 from ...round_off import TINY
 from ..pose.discretise import Discrete
-from ..steps.increment import PreparedProblem
+from ..steps.prepared import PreparedProblem
 from .findings import limit_of, new_finding
 from .measured import spread_by_noise
 from .suspicious import suspicious

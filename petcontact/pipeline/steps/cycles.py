@@ -15,7 +15,8 @@ from ...arrays import Array
 from ...contact.friction_law import contact_norm
 from ...results.records import StepResult, WearHistory
 from ...round_off import TINY
-from .increment import Increment, IncrementState, Monitor, PreparedProblem
+from .increment import Increment, Monitor
+from .prepared import IncrementState, PreparedProblem
 from .wear import Earlier, Tried, with_wear, worn
 
 GROWTH = 2.0

@@ -17,7 +17,8 @@ from ..pose.discretise import Discrete
 from ..pose.load_states import later_data
 from .diagnosis import is_unbalanced, unheld
 from .halves import PATH_ERROR
-from .increment import Increment, PreparedProblem
+from .increment import Increment
+from .prepared import PreparedProblem
 from .step_loop import whole_step
 
 

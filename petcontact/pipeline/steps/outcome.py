@@ -24,7 +24,8 @@ from ..judge.increments import BLOCKS, imbalance, increment_findings
 from ..judge.overlaps import Overlap, overlaps
 from ..judge.warnings import absurd, rolled_off
 from .diagnosis import failure, second_solution, unheld_at_the_end, zero_energy_motions
-from .increment import Increment, IncrementState, given_overlap
+from .increment import Increment, given_overlap
+from .prepared import IncrementState
 
 Fields = list[tuple[Array, Array]]
 """u [length] and traction [stress] on the boundary of each body, (n, d)."""

@@ -28,7 +28,7 @@ from ..eliminate import MOST_NODES
 from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
 from .halves import PATH_ERROR, touching
-from .increment import PreparedProblem
+from .prepared import PreparedProblem
 from .step_loop import increments, state_after, whole_step
 
 UNNAMED = 64

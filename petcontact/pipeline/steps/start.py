@@ -20,7 +20,7 @@ from ...mesh.curve_mesh import CurveMesh
 from ...results.records import PairResult, StepResult
 from ...results.solution import Solution, read_result
 from .cycles import Row, rows_of
-from .increment import PreparedProblem
+from .prepared import PreparedProblem
 
 NAMES = ("zero", "frictionless")
 ELSEWHERE = {

@@ -23,8 +23,9 @@ from ..pose.load_states import later_data
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced
 from .halves import PATH_ERROR, Halves, touching
-from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedProblem, given_overlap
+from .increment import Increment, Monitor, given_overlap
 from .outcome import step_result
+from .prepared import HALVINGS, IncrementState, PreparedProblem
 from .sliding import up_to_sliding
 from .wear import Tried, with_wear
 

@@ -22,7 +22,8 @@ from ...arrays import Array
 from ...contact.friction_law import lengths
 from ...contact.state import ContactState, Start
 from ...record import record, replace
-from .increment import Increment, IncrementState, Monitor
+from .increment import Increment, Monitor
+from .prepared import IncrementState
 
 GAMMA = 1.0 - np.sqrt(0.5)
 Tried = tuple[Increment, ContactState, IncrementState]
