@@ -17,7 +17,8 @@ import numpy as np
 from ..arrays import Array, Index, Mask, largest_by, scattered, smallest_by
 from ..contact.friction_law import lengths, main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP, STICK
-from ..fields.boundary.places import sizes, spread_places
+from ..fields.boundary.maxima import between_nodes
+from ..fields.boundary.places import sizes
 from ..linalg.nearest import within
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -32,16 +33,6 @@ ENDS = np.array([0.0, 1.0])
 MIDDLES = (np.arange(16) + 0.5) / 16
 """Places along each direction of an element at which is looked: an edge along a side of it is known
 to 1/32 of the element."""
-
-
-def between_nodes(
-    mesh: BoundaryMesh, elements: Index, along: Array, nodal: Array
-) -> tuple[Index, Array, Array]:
-    """Places that are spread over elements by those along each direction, (q,) elements and local
-    coordinates, and the values there (q,) of a function that has nodal values (n,)."""
-    places = spread_places(mesh, elements, along)
-    element, place = np.repeat(elements, places.shape[1]), places.reshape(-1, *places.shape[2:])
-    return element, place, mesh.basis_at(element, place) @ nodal
 
 
 def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -> list[Edge]:

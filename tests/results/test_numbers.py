@@ -15,13 +15,13 @@ from shapes import closing, drawn, moved, problem, rectangle, solid
 
 from petcontact import MeshOptions, Rectangle, adapt, load, solve
 from petcontact.contact.law_protocol import SLIP
+from petcontact.fields.boundary.maxima import maximum
 from petcontact.mesh.grading import mesh_outline
 from petcontact.reference.hertz import LineContact, contact_modulus
 from petcontact.refinement.levels import MOST_GAIN
 from petcontact.results.evaluated import displacement_scale
 from petcontact.results.numbers import errors, stress_errors
 from petcontact.results.numbers.number import ENERGY, Number
-from petcontact.results.numbers.printed import maximum
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...compliance.interface import Interface
 from ...errors import InputError
+from ...fields.boundary.maxima import maximum
 from ...geometry.rotation import lifted
 from ...given.body_data import Body
 from ...given.interface_data import Law, PosedInterface
@@ -21,7 +22,6 @@ from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
 from ...refinement.panels.panel_cuts import LONGER
-from ...results.numbers.printed import maximum
 from ...results.report import Finding
 from ...round_off import ROUNDED, SINGLE, WRITTEN
 from ...untyped import Keyed

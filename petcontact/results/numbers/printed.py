@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index, largest_by, scattered, shown, smallest_by
+from ...arrays import Array, Index, shown
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
+from ...fields.boundary.maxima import largest_length, maximum
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import replace
-from ...round_off import EPS, SINGLE, SOLVED, WRITTEN, first_largest
-from ..contact_zones import areas, between_nodes, hidden_slip
+from ...round_off import EPS, SINGLE, SOLVED, WRITTEN
+from ..contact_zones import areas, hidden_slip
 from ..evaluated import NOWHERE, Evaluated
 from ..records import PairResult, StepResult
 from ..strength.singular_places import singular_places
@@ -25,13 +26,6 @@ from ..strength.strengths import beside, fits, growth
 from .number import DISPLACEMENT, ENERGY, Key, Number
 from .peaks import stress_peaks
 
-ACROSS, LOOKED_AT = (9, 33), (8, 1)
-"""Places along each direction of an element at which a maximum is looked for between the nodes,
-first in the elements with the largest values at nodes, then in the best of them. A maximum is flat:
-a place that is 1/64 of an element away leaves 0.1 % of what the function varies by in it."""
-HALVES = np.linspace(0.0, 1.0, 3)
-"""Places along each direction of an element, besides its nodes, at which its displacement is looked
-at first: it is largest at corners, where no node lies."""
 HELD = ("displacement", "symmetry", "periodic")
 """Conditions that hold a part."""
 
@@ -217,18 +211,9 @@ class _OfStep:
         """Yield the largest displacement of each body; it may lie between nodes, as at corners."""
         for name, result in self._step.bodies.items():
             mesh = self._solution.meshes[name]
-            number, _, u = between_nodes(mesh, np.arange(mesh.n_elements), HALVES, result.u)
-            size = np.linalg.norm(np.vstack([result.u, u]), axis=1)
-            most = largest_by(np.append(mesh.element, number), size, mesh.n_elements)
-            most = (-most / (most.max() or 1.0)).astype(np.float32)  # of equal ones the first
-            best = most.argsort(kind="stable")[: LOOKED_AT[0]]
-            number, at, u = between_nodes(mesh, best, np.linspace(0.0, 1.0, ACROSS[1]), result.u)
-            size = np.linalg.norm(np.vstack([result.u, u]), axis=1)
-            k = first_largest(size)
-            element = np.append(mesh.element, number)[k]
-            x = mesh.x[k] if k < mesh.n_nodes else mesh.at(number, at)[0][k - mesh.n_nodes]
+            size, x, element = largest_length(mesh, result.u)
             location = {"place": x, "part": mesh.part_names[mesh.part[element]]}
-            yield self._number(DISPLACEMENT, name, size[k], "length", **location)
+            yield self._number(DISPLACEMENT, name, size, "length", **location)
 
     def _held(self) -> Iterator[Number]:
         """Yield the forces and moments on the parts that supports hold."""
@@ -297,43 +282,3 @@ def numbers_of(
     own = (_OfStep(solution, increments, compared).all() for increments in steps)
     numbers = itertools.chain.from_iterable(own)
     return [*numbers, *(stress_peaks(solution, [each[-1] for each in steps]) if peaks else [])]
-
-
-def maximum(
-    mesh: BoundaryMesh, nodes: Index, values: Array, bound: Array | float = np.inf
-) -> tuple[float, Array, int]:
-    """Return the largest value of a function that is given at nodes, its place and its element.
-
-    Elements with nodes at which it is 0 or less are seen at their nodes only: there it has a kink.
-    It is no larger than another one, between nodes, too, where that is finite.
-    """
-    values = np.minimum(values, bound)
-    k = first_largest(values)
-    best = max(float(values[k]), 0.0), mesh.x[nodes[k]], int(mesh.element[nodes[k]])
-    if best[0] == 0.0:
-        return best
-    positive = np.maximum(values, 0.0)
-    both = np.column_stack([positive, np.where(np.isfinite(bound), bound, positive)])
-    whole = scattered(both, nodes, mesh.n_nodes)
-    element, row = np.unique(mesh.element[nodes], return_inverse=True)
-    least, most = smallest_by(row, values, len(element)), largest_by(row, values, len(element))
-    usable = (least > 0.0) & (np.diff(mesh.first_node)[element] > 1)
-    element, most = element[usable], most[usable]
-    for across, count in zip(ACROSS, LOOKED_AT, strict=True):
-        # of equal elements the first, whatever round-off
-        element = element[np.argsort((-most / best[0]).astype(np.float32), kind="stable")[:count]]
-        if len(element):
-            most, location = _between(mesh, element, whole, across)
-            best = (best, location)[first_largest(np.array([best[0], location[0]]))]
-    return best
-
-
-def _between(
-    mesh: BoundaryMesh, element: Index, whole: Array, across: int
-) -> tuple[Array, tuple[float, Array, int]]:
-    """Return the largest values on elements (k,), and the largest of all as `maximum` does."""
-    number, at, both = between_nodes(mesh, element, np.linspace(0.0, 1.0, across), whole)
-    values = both.min(axis=1)
-    j = first_largest(values)
-    place = mesh.at(number[j : j + 1], at[j : j + 1])[0][0]
-    return values.reshape(len(element), -1).max(axis=1), (float(values[j]), place, int(number[j]))

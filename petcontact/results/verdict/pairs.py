@@ -12,12 +12,12 @@ import numpy as np
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
 from ...errors import ONE_BODY
+from ...fields.boundary.maxima import maximum
 from ...given.interface_data import Law, PosedInterface
 from ...model.description import value_text
 from ...round_off import WRITTEN
 from ...runtime.terminal import printable
 from ..numbers.number import ENERGY, Number
-from ..numbers.printed import maximum
 from ..records import PairResult, StepResult
 from .teller import AXIAL, Teller, label
 from .text import table, wrapped
