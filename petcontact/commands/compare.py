@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.atomic_write import write_text
     from ..runtime.terminal import StatusLine
     from ..runtime.world import world
-    from .solve import unused_reported
+    from .unread import unused_reported
 
     words = arguments.methods.split(",") if arguments.methods else []
     names = [name for word in words for name in named_contenders(word)] or None

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..errors import in_file
 from ..runtime.figure_style import FORMATS
-from .options import option, options
+from .options import option, options, overrides
 
 add_arguments = options(
     option("config", metavar="CONFIG.toml", help="the problem"),
@@ -35,7 +35,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..pipeline.pose.as_posed import as_posed
     from ..results.figures.model import draw_model
     from ..runtime.figure_style import figure_format, save
-    from .solve import overrides
 
     problem = load(arguments.config, overrides(arguments.set))
     target = Path(arguments.output or f"{Path(arguments.config).stem}-model.png")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from ..errors import InputError
 from ..runtime.atomic_write import check_target
 from ..runtime.figure_style import FORMATS
+from ..untyped import Keyed
 
 Adder = Callable[[argparse.ArgumentParser], object]
 
@@ -77,6 +79,32 @@ def positive(word: str) -> float:
 def positives(words: str) -> list[float]:
     """Return positive numbers that are separated by commas, as `type` of an option."""
     return [positive(word) for word in words.split(",")]
+
+
+def overrides(words: list[str]) -> Keyed:
+    """--set KEY=VALUE as dotted keys; the value is read as TOML, else as a number or a text.
+
+    >>> overrides(["mesh.order=2", "mesh.element_size=.5", "boundary.0.gap=x**2"])
+    {'mesh.order': 2, 'mesh.element_size': 0.5, 'boundary.0.gap': 'x**2'}
+    """
+    from ..model.toml_text import parse_toml
+
+    result: Keyed = {}
+    for word in words:
+        try:
+            word = os.fsencode(word).decode(
+                "utf-8"
+            )  # Python takes the words in the encoding of the locale
+        except UnicodeDecodeError:
+            raise InputError(f"--set {word!a}: not text in UTF-8") from None
+        key, equals, value = word.partition("=")
+        if not (key and equals and value):
+            raise InputError(f"--set {word}: expected KEY=VALUE")
+        try:
+            result[key] = parse_toml(f"v = {value}", "--set")["v"]
+        except InputError:  # numbers are written as .2 and 2., too
+            result[key] = value if math.isnan(number := real(value)) else number
+    return result
 
 
 def increment(word: str, count: int, last: int) -> int:

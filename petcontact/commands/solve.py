@@ -4,32 +4,28 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import difflib
 import functools
 import math
-import os
-import re
 import shlex
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import InputError, OutputError, in_file
+from ..errors import InputError, in_file
 from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
-from ..runtime.terminal import SOON
 from ..untyped import Comm, Keyed
-from .options import option, options, positive, real
+from .options import option, options, overrides, positive
+from .progress import Meshes, announcer, iteration_line, monitor_line, saved_text
+from .unread import report_ignored, unused_reported
 
 if TYPE_CHECKING:
     from ..contact.state import ContactState
     from ..model.problem import Problem
-    from ..pipeline.adapt.budget import Reached
     from ..results.numbers.number import Number
     from ..results.solution import Solution
-    from ..runtime.terminal import StatusLine
 
 
 SUFFIXES = (".h5", ".hdf5")
@@ -217,14 +213,6 @@ def with_numbers(solution: Solution, interrupted: int) -> Solution:
     return solution.with_findings([new_finding("interrupted", text)])
 
 
-def saved_text(solution: Solution, output: Path) -> str:
-    """What a signal has left, and how to go on from there; an adaptive solve begins anew."""
-    subject = "the last iterate" if solution.status == "failed" else "the solution"
-    adaptive = solution.accuracy.wanted is not None
-    begin = "" if adaptive else f", go on with --set method.start={output}"
-    return f"{subject} is saved in {output}{begin}"
-
-
 def solver(arguments: argparse.Namespace, problem: Problem) -> Callable[..., Solution]:
     """What solves: `adapt` where the command line asks for an adaptive solve, else `solve`, which
     adapts where the config asks for it."""
@@ -244,168 +232,10 @@ def solver(arguments: argparse.Namespace, problem: Problem) -> Callable[..., Sol
     return solve
 
 
-def announcer(
-    status: StatusLine, adaptive: bool, *, quiet: bool
-) -> Callable[[int, int, float, float], Callable[[float], None]]:
-    """Announces what will take a while, the whole solve or one of its meshes, and shows on the
-    status line how far it is."""
-    began = time.perf_counter()
-
-    def progress(share: float) -> None:
-        left = (time.perf_counter() - began) * (1.0 - share) / max(share, 1e-3)
-        status.show(f"matrix: {share:.0%}, about {left:.0f} s left")
-
-    def announced(
-        nodes: int, unknowns: int, seconds: float, memory: float
-    ) -> Callable[[float], None]:
-        nonlocal began
-        began = time.perf_counter()
-        if seconds > SOON and not quiet:
-            size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
-            after = ", if no finer mesh is needed" if adaptive else ""
-            line = f"petcontact: {size}: about {seconds:.0f} s of processor time{after}"
-            print(line, file=sys.stderr, flush=True)
-        return progress
-
-    return announced
-
-
-class Meshes:
-    """Shows each mesh of an adaptive solve, in lines of their own on a terminal and where it takes
-    long; there it saves the solution, which a solve that is killed would lose.
-
-    Attributes
-    ----------
-    replaces : bool
-        Whether what has the name of the result may be replaced: from the first mesh on it is ours.
-    said : str
-        That something is.
-    """
-
-    def __init__(self, status: StatusLine, output: Path, *, replaces: bool, quiet: bool) -> None:
-        self._status, self._output, self.replaces = status, output, replaces
-        self._quiet = quiet
-        self.said = " (replaced)" if output.exists() else ""
-        self._last: Solution | None = None
-
-    def saved(self) -> str:
-        """Save the solution on the last mesh, if there is one; what is saved, in words."""
-        from ..results.hdf5 import write_solution
-
-        if self._last is None:
-            return "nothing was written"
-        # a reader computes the numbers, which take longer than some meshes
-        write_solution(self._output, replace(self._last, written=()), replace=self.replaces)
-        self.replaces = True
-        return saved_text(self._last, self._output)
-
-    def __call__(self, mesh: Reached) -> None:
-        self._last = mesh.solution
-        error = (
-            f"error {mesh.estimate:.1e} estimated"
-            if math.isfinite(mesh.estimate)
-            else "error not known yet"
-        )
-        text = f"mesh {mesh.number}: {mesh.nodes} nodes, {error}, {mesh.seconds:.1f} s"
-        if not self._quiet and (self._status.enabled or mesh.seconds > SOON):
-            self._status.close()
-            print(f"petcontact: {text}", file=sys.stderr, flush=True)
-        if mesh.seconds > SOON:
-            with contextlib.suppress(OutputError):  # the result itself will meet it
-                self.saved()
-
-
-def overrides(words: list[str]) -> Keyed:
-    """--set KEY=VALUE as dotted keys; the value is read as TOML, else as a number or a text.
-
-    >>> overrides(["mesh.order=2", "mesh.element_size=.5", "boundary.0.gap=x**2"])
-    {'mesh.order': 2, 'mesh.element_size': 0.5, 'boundary.0.gap': 'x**2'}
-    """
-    from ..model.toml_text import parse_toml
-
-    result: Keyed = {}
-    for word in words:
-        try:
-            word = os.fsencode(word).decode(
-                "utf-8"
-            )  # Python takes the words in the encoding of the locale
-        except UnicodeDecodeError:
-            raise InputError(f"--set {word!a}: not text in UTF-8") from None
-        key, equals, value = word.partition("=")
-        if not (key and equals and value):
-            raise InputError(f"--set {word}: expected KEY=VALUE")
-        try:
-            result[key] = parse_toml(f"v = {value}", "--set")["v"]
-        except InputError:  # numbers are written as .2 and 2., too
-            result[key] = value if math.isnan(number := real(value)) else number
-    return result
-
-
 def read_files(config: str, case: Problem) -> list[str]:
     """The files that a case is read from, but for the result that it starts from: going on may
     replace that."""
     return [config, *(b.geometry.file for b in case.body if hasattr(b.geometry, "file"))]
-
-
-@contextlib.contextmanager
-def unused_reported(first: bool) -> Iterator[None]:
-    """Name the PETSc options that no object in the block asked for, also where it fails; after bad
-    input nothing was solved."""
-    try:
-        yield
-    except InputError:
-        raise
-    except BaseException:
-        report_unused(first)
-        raise
-    report_unused(first)
-
-
-def report_unused(first: bool) -> None:
-    """Name the PETSc options that no object asked for, and the nearest of ours."""
-    from ..given.tables.solver_options import Bem
-    from ..manual import chapter
-    from ..runtime.petsc import unused_options
-
-    unused = unused_options() if first else []
-    # PETSc lists no options that no object asked for; the manual names the usual ones
-    named = re.findall(r"-[a-z]\w+", chapter("options")) if unused else []
-    ours = [*(f"-bem_{name}" for name in Bem.model_fields), *sorted(set(named))]
-    for name in unused:
-        near = [] if name in ours else difflib.get_close_matches(name, ours, n=1)
-        hint = f", did you mean {near[0]}?" if near else " (-help lists those that are)"
-        print(f"petcontact: PETSc option {name} was not used by any object{hint}", file=sys.stderr)
-
-
-def report_ignored(case: Problem, adaptive: bool, *, quiet: bool) -> None:
-    """Name the keys of the config that the method that ran does not read."""
-    method, keys = case.method, case.ignored(adaptive=adaptive)
-    if keys and not quiet:
-        who = "an adaptive solve" if adaptive else method.resolved_name
-        rule = f" with rule {method.rule}" if method.rule and who == "projection" else ""
-        print(f"petcontact: note: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
-
-
-def monitor_line(state: ContactState) -> str:
-    """The iteration that has just ended, in full."""
-    h = state.history
-    counts = ", ".join(f"{name} {count}" for name, count in state.counts.items())
-    ksp = f", KSP {h.ksp_iterations[-1]}" if h.ksp_iterations[-1] else ""
-    where = f"; {state.where}" if state.where else ""
-    return (
-        f"  {len(h):3d}: change {h.change[-1]:.3e}, |R_rho| {h.residual[-1]:.3e}, "
-        f"{counts}{ksp}{where}"
-    )
-
-
-def iteration_line(state: ContactState, tolerance: float) -> str:
-    """The iteration that has just ended, and of which increment it is."""
-    h = state.history
-    where = f"{state.where}, " if state.where else ""
-    return (
-        f"{where}iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho "
-        f"{h.rho[-1]:.3g}"
-    )
 
 
 def draw(solution: Solution, output: Path, folder: Path, whole: bool) -> list[str]:

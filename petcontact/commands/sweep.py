@@ -64,7 +64,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     initialise(petsc_words)
     from ..runtime.mpi import shared
     from ..sweep.run import run_sweep
-    from .solve import unused_reported
+    from .unread import unused_reported
 
     world = petsc().COMM_WORLD.tompi4py()
     sweep = build_sweep(*shared(world, lambda: read_files(arguments.config)))

@@ -17,7 +17,7 @@ from examples import example
 from petcontact import MeshOptions, load
 from petcontact import solve as solve_in_python
 from petcontact.commands.main import COMMANDS, main, split_arguments
-from petcontact.commands.solve import report_ignored, report_unused
+from petcontact.commands.unread import report_ignored, report_unused
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 

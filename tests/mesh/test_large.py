@@ -11,7 +11,7 @@ import pytest
 from shapes import closing, cuboid, drawn, elastic, moved, problem
 
 from petcontact import Bem, InputError, load
-from petcontact.commands.solve import announcer
+from petcontact.commands.progress import announcer
 from petcontact.model.case import set_key
 from petcontact.model.toml_text import DEEPEST
 from petcontact.pipeline import choice

@@ -25,7 +25,7 @@ from petcontact import (
     solve,
     write_solution,
 )
-from petcontact.commands import solve as solve_command
+from petcontact.commands import progress
 from petcontact.commands.main import main
 from petcontact.compliance.body.dense import DenseRows
 from petcontact.contact.active_set import pivots as newton
@@ -335,7 +335,7 @@ def test_a_killed_adaptive_solve_leaves_its_last_mesh(tmp_path, monkeypatch):
         return solved(*words)
 
     monkeypatch.setattr(level_solver.LevelSolver, "solved", killed)
-    monkeypatch.setattr(solve_command, "SOON", 0.0)
+    monkeypatch.setattr(progress, "SOON", 0.0)
     monkeypatch.chdir(tmp_path)
     words = ["solve", str(CONFIGS / "hertz.toml"), "--adapt", "--no-figures", "-o", "r.h5"]
     with pytest.raises(SystemExit):

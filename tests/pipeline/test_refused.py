@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from petcontact import Displacement, InputError, load, solve
-from petcontact.commands.solve import overrides
+from petcontact.commands.options import overrides
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 PUSHED = '{body="upper", part="top", value=[0, 1]}'
