@@ -48,6 +48,18 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
         assert solution.converged and any(told in text for text in solution.warnings)
 
 
+def test_a_mesh_of_the_users_own_may_cost_more_than_the_budget_and_what_follows_twice_that(
+    monkeypatch,
+):
+    monkeypatch.setattr(budget, "BUDGETS", {key: Budget(100, 1e-3) for key in (False, True)})
+    data = hertz()
+    data["body"][0]["mesh"] = {"element_size": 1.0, "order": 1}
+    solution = adapt(problem(**data), 0.05)
+    nodes = solution.meshes["block"].n_nodes
+    assert len(solution.accuracy.estimates) > 1 and 216 < nodes <= 432
+    assert "budget is 100 nodes" in solution.reason
+
+
 @pytest.mark.parametrize(
     ("given", "meshes"), [slow(False, ["0.00075", "0.0001875", "0.0001875"]), (True, ["0.0001"])]
 )

@@ -83,21 +83,25 @@ def beyond_budget(
     counts: tuple[int, int],
     wanted: Wanted,
     faces: int = 0,
+    own: Sequence[BoundaryMesh] = (),
 ) -> str:
     """Return a sentence if solves on the meshes exceed the budget or the memory, else "".
 
     `counts` are the numbers of increments, and of motions that only contact holds. Each of the
-    `faces` on which the meshes follow contacts has the budget of a pair of bodies.
+    `faces` on which the meshes follow contacts has the budget of a pair of bodies. First meshes of
+    the user's `own` may cost anything, and what follows from them twice that.
     """
     bem = resolved_bem(suitable_bem(posed, meshes))
     bodies = max(len(meshes), 2 * faces)
     budget = budget_of(bodies, wanted.asked)
-    nodes = sum(mesh.n_nodes for mesh in meshes)
+    nodes, before = (sum(mesh.n_nodes for mesh in each) for each in (meshes, own))
     nodes_of, total = contact_sizes(posed, meshes)
     components = meshes[0].components
     unknowns = [components * count for count in nodes_of]
     seconds = solve_seconds(bem, meshes, unknowns, components * total, *counts)
-    if nodes > budget.nodes or seconds > budget.seconds:
+    # the cost grows at least as the nodes do
+    cheap = nodes <= budget.nodes and seconds <= budget.seconds
+    if not cheap and nodes > 2 * before:
         goes_on = f"--accuracy {wanted.accuracy:g} goes on, to at most {budget_of(bodies, True)}"
         more = "a [mesh] of your own may have more" if wanted.asked else goes_on
         kind = "" if wanted.asked else " where no accuracy is named"

@@ -167,7 +167,9 @@ class PanelCuts:
     def too_much(self, meshes: Sequence[BoundaryMesh], seen: Seen, faces: int = 0) -> str:
         """Return why solves on meshes exceed the budget, or ""."""
         counts = seen.increments, seen.motions
-        return beyond_budget(self._posed, meshes, counts, self._wanted, faces)
+        automatic = all(body.mesh.automatic for body in self._posed.bodies)
+        own = () if automatic else self._first.meshes
+        return beyond_budget(self._posed, meshes, counts, self._wanted, faces, own)
 
 
 def _are_same(corners: Array, others: Array) -> bool:
