@@ -75,6 +75,21 @@ def test_contacts_of_a_loose_body_share_what_it_overlaps():
     assert shared == [{0}, set()]
 
 
+def test_a_body_between_two_others_hands_on_the_load_of_the_upper_one():
+    """Also a roller that is pressed on a plate by another plate; two contacts of the same bodies
+    share their load in ways that are not known."""
+    bodies = [solid("top", block(2.0), drawn("top", [0.0, 0.0, -0.5])), solid("mid", block(1.0))]
+    pairs = [touching("high", "mid.top", "top.bottom"), touching("low", "mid.bottom", "lower.top")]
+    posed = problem(body=[*bodies, LOWER], contact=pairs).posed
+    meshes = FirstMeshes(posed, 4000).meshes
+    assert [known_force(posed, side, meshes) for side in posed.interfaces] == pytest.approx(
+        [3.0] * 2
+    )
+    beside = touching("beside", "mid.left", "top.right", direction=[0.0, 0.0, 1.0])
+    posed = problem(body=[*bodies, LOWER], contact=[*pairs, beside]).posed
+    assert known_force(posed, posed.interfaces[1], meshes) is None
+
+
 def test_a_whole_o_ring_has_the_same_band_as_the_plate_below_it():
     """Both go round and end where they begin, on the ring and on a plate that is turned, too."""
     ring = [

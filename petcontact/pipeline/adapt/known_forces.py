@@ -70,13 +70,21 @@ def of_obstacle(posed: Posed, number: int, way: Array) -> Array | None:
 
 
 def of_body(
-    posed: Posed, number: int, meshes: Sequence[SurfaceMesh], side: PosedInterface, way: Array
+    posed: Posed,
+    number: int,
+    meshes: Sequence[SurfaceMesh],
+    side: PosedInterface,
+    way: Array,
+    passed_by: tuple[int, ...] = (),
 ) -> Array | None:
     """Return the load of a body along a way at the end of each step, or None if more than a contact
     `side` holds it there.
 
-    Obstacles that touch it elsewhere pass their own forces on.
+    Obstacles and bodies that touch it elsewhere pass their own loads on; `passed_by` are the bodies
+    to which it does itself.
     """
+    if number in passed_by:
+        return None
     mesh, body = meshes[number], posed.bodies[number]
     if is_held(posed, number, mesh, way):
         return None
@@ -85,7 +93,11 @@ def of_body(
     result = (np.einsum("n,knd->kd", mesh.weight, load) + data.force.sum(axis=1))[1:] @ way
     for other in posed.interfaces:
         if other is not side and number in other.bodies:
-            passed = None if other.obstacle is None else of_obstacle(posed, other.obstacle, way)
+            if other.obstacle is not None:
+                passed = of_obstacle(posed, other.obstacle, way)
+            else:
+                far = next(b for b, _ in other.ends if b != number)
+                passed = of_body(posed, far, meshes, other, way, (*passed_by, number))
             if passed is None:
                 return None
             result = result + passed
