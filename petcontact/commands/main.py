@@ -22,7 +22,8 @@ from ..runtime.hints import nearest
 from ..runtime.memory import check_address_space
 from ..runtime.mpi import shared
 from ..runtime.petsc import failure_comm, is_launched
-from ..runtime.ranks import begin, communicator
+from ..runtime.ranks import communicator
+from ..runtime.rendezvous import begin
 from ..runtime.threads import cap_blas_threads
 from .options import real
 from .parsers import COMMANDS, READING, Paragraphs, Parser
