@@ -29,7 +29,8 @@ from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
 from .halves import PATH_ERROR, touching
 from .prepared import PreparedProblem
-from .step_loop import increments, state_after, whole_step
+from .step_loop import increments, whole_step
+from .stored_state import state_after
 
 UNNAMED = 64
 """Largest number of increments of the steps that name none, together. 16 leave 1.4 % of p in q of
