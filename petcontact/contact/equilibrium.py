@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from ..round_off import HALF
+from ..round_off import HALF, TINY
 from .friction_law import lengths
 from .law_protocol import Admissible, ContactLaw, LimitedLaw
 from .system import Modes
@@ -39,7 +39,7 @@ def unbalanced_load(
         return None
     resultant, limits = forces or (modes.resultant, law.admissible())
     r, m, k = resultant.shape
-    scale = np.maximum(np.abs(resultant).max(axis=(1, 2), initial=0.0), 1e-300)
+    scale = np.maximum(np.abs(resultant).max(axis=(1, 2), initial=0.0), TINY)
     size = float(np.abs(modes.load / scale).max(initial=0.0))
     # the unknowns are σ over the size of the loads, node after node, and the slacks s+, s- >= 0
     friction = _Friction(law, limits, size)

@@ -10,6 +10,7 @@ from scipy.spatial import Delaunay
 from ..arrays import Array, Index
 from ..errors import InputError
 from ..mesh.curve_mesh import CurveMesh
+from ..round_off import WRITTEN
 
 KEPT_OFF = 0.45
 """Distance from the boundary below which grid points are left out, in grid spacings. Nearer points
@@ -68,7 +69,7 @@ def triangulate(
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     cells[area < 0.0] = cells[area < 0.0][:, ::-1]
     centre = (a + b + c) / 3.0
-    kept = shapely.contains_xy(body, *centre.T) & (np.abs(area) > 1e-9 * spacing**2)
+    kept = shapely.contains_xy(body, *centre.T) & (np.abs(area) > WRITTEN * spacing**2)
     return points, cells[kept]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
-from ..round_off import least_pieces
+from ..round_off import WRITTEN, least_pieces
 
 
 def half_angles(chord: Array, curvature: Array | float) -> Array:
@@ -116,7 +116,7 @@ def turn_of_radius(start: Array, end: Array, radius: float) -> float:
     """
     chord = float(np.hypot(*(end - start)))
     ratio = chord / (2.0 * abs(radius))
-    if ratio > 1.0 + 1e-9:
+    if ratio > 1.0 + WRITTEN:
         raise InputError(f"radius {radius:g} is less than half the distance {chord:g} of its ends")
     return math.copysign(math.asin(min(1.0, ratio)), radius)
 
@@ -205,7 +205,7 @@ def check_digits(size: float, points: Sequence[Array], what: str) -> None:
     InputError
     """
     farthest = max(float(np.abs(point).max()) for point in points)
-    if not size > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE):
+    if not size > max(WRITTEN * farthest, 1.0 / LARGEST_COORDINATE):
         raise InputError(
             f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too "
             "little for 16 digits, choose another origin or unit of length"

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..record import record
-from ..round_off import SINGLE
+from ..round_off import SINGLE, WRITTEN
 from .outline import Side
 from .revolved.turned_surface import RevolvedSurface
 from .round_surfaces import CylinderSurface, SphereSurface
@@ -185,7 +185,7 @@ def _turned(
     def local(x: Array) -> Array:
         away = (x - centre) @ frame.T
         turn = np.arctan2(away[:, 1], away[:, 0]) - start
-        turn = np.where(wraps | (turn < -1e-9), turn % (2.0 * math.pi), turn)
+        turn = np.where(wraps | (turn < -WRITTEN), turn % (2.0 * math.pi), turn)
         meridian = np.column_stack([np.hypot(away[:, 0], away[:, 1]), away[:, 2]])
         return np.column_stack([radius * turn, along(meridian)])
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..errors import InputError
-from ..round_off import WRITTEN
+from ..round_off import TINY, WRITTEN
 from ..untyped import Mesh
 from .gmsh import UNNAMED
 from .surface import FacetSurface, checked_surface
@@ -204,4 +204,6 @@ def is_surface(mesh: Mesh) -> bool:
     """Whether a mesh, as meshio has it, is the surface of a body in space and not a plane one."""
     points = np.asarray(mesh.points, dtype=float)
     in_space = points.shape[1] == 3 and len(points) > 0 and bool(np.all(np.isfinite(points)))
-    return in_space and bool(np.ptp(points[:, 2]) > 1e-9 * max(float(np.ptp(points[:, 0])), 1e-300))
+    return in_space and bool(
+        np.ptp(points[:, 2]) > WRITTEN * max(float(np.ptp(points[:, 0])), TINY)
+    )

@@ -12,12 +12,11 @@ from ..arrays import Array
 from ..errors import InputError
 from ..geometry.noise import Noise, noise_of
 from ..geometry.smooth_curve import quiet, smoothest
+from ..round_off import WRITTEN
 from .sites import Sites
 from .tables.points import Points
 from .values import Given, as_given
 
-BEYOND = 1e-9
-"""Share of the extent of the points by which places may lie outside: round-off of positions."""
 Fit = Callable[[float], Callable[..., Array]]
 """From the largest sum of squared distances to a function of the columns of places."""
 
@@ -49,7 +48,7 @@ class Spline(Given):
         inside = np.clip(places, low, high)
         for c, name in enumerate("xy"[:dim]):
             away = np.abs(places - inside)[:, c]
-            if away.max(initial=0.0) > BEYOND * (high - low)[c]:
+            if away.max(initial=0.0) > WRITTEN * (high - low)[c]:
                 raise InputError(
                     f"{self.key}: its points reach from {name} = {low[c]:g} to {high[c]:g}, asked "
                     f"for at {name} = {places[away.argmax(), c]:g}"

@@ -18,6 +18,7 @@ from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..linalg.nearest import within
 from ..record import record
+from ..round_off import WRITTEN
 from .curve_building import build_mesh
 from .curve_mesh import CurveMesh
 from .grading import LARGEST_MESH, at_ends, cut_equally, largest_turn, turn
@@ -148,7 +149,7 @@ def _cut_near(
             apart = np.minimum(apart, middles * ends[0])
             apart = np.minimum(apart, (side.length - middles) * ends[1])
         limit = np.minimum(near * apart, most[k])
-        count = np.maximum(1.0, np.ceil(length / limit - 1e-9))
+        count = np.maximum(1.0, np.ceil(length / limit - WRITTEN))
         nodes += float(count @ (orders[k] + 1.0))
         if nodes > LARGEST_MESH:
             place, thin = side.point(middles / side.length)[count.argmax()], limits[k].min()
@@ -208,7 +209,7 @@ def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
 
 def _steps(half: float, smallest: float, ratio: float) -> Array:
     """Return distances from a mark to the ends of the elements in the half interval next to it."""
-    levels = max(0, math.ceil(math.log(smallest / half) / math.log(ratio) - 1e-9))
+    levels = max(0, math.ceil(math.log(smallest / half) / math.log(ratio) - WRITTEN))
     result = np.zeros(levels + 2)
     result[1:] = half * ratio ** np.arange(levels, -1.0, -1.0)
     return result
@@ -241,7 +242,7 @@ def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
             before, after = (length[-1:], length[:1]) if closed else (length[:1], length[-1:])
             around = np.concatenate([before, length, after])
             count = np.where(
-                length > NEIGHBOUR * (1.0 + 1e-9) * np.minimum(around[:-2], around[2:]), 2, 1
+                length > NEIGHBOUR * (1.0 + WRITTEN) * np.minimum(around[:-2], around[2:]), 2, 1
             )
             if count.max() == 1:
                 break

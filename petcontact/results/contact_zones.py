@@ -25,7 +25,7 @@ from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..record import record, replace
 from ..refinement.contact_edges import SPECK, Edge, edges
-from ..round_off import HALF
+from ..round_off import HALF, TINY
 from .records import PairResult
 
 ENDS = np.array([0.0, 1.0])
@@ -283,6 +283,6 @@ def _distance(contact: _Contact, closed: Mask) -> Array:
     )
     t = np.where(np.isfinite(t), t, 1.0)
     for _ in range(6):
-        slope = np.maximum(3.0 * inner * t**2 + outer, 1e-300)
+        slope = np.maximum(3.0 * inner * t**2 + outer, TINY)
         t = t - (inner * t**3 + outer * t - apart) / slope
     return np.asarray(deep * t[row] ** 3 - far * t[row])

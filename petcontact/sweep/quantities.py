@@ -18,7 +18,7 @@ from ..model.problem import Problem
 from ..results.solution import Solution
 from ..results.strength.singular_places import singular_places
 from ..results.strength.strengths import Fit, beside, fits, told_at
-from ..round_off import first_largest
+from ..round_off import WRITTEN, first_largest
 from ..untyped import Keyed
 from .published import published_count
 
@@ -51,7 +51,7 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
     columns = solution.columns()
     weight, state, sigma_n = columns["weight"], columns["state"], columns["sigma_n"]
     length, slips = float(weight.sum()) or 1.0, float(weight[state == SLIP].sum())
-    pulled = sigma_n > 1e-9 * float(np.abs(sigma_n).max(initial=0.0))
+    pulled = sigma_n > WRITTEN * float(np.abs(sigma_n).max(initial=0.0))
     steps = solution.steps or solution.tried
     quantities = (
         float(np.linalg.norm(columns["slip"], axis=1).max(initial=0.0)),

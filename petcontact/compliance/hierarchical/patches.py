@@ -10,6 +10,7 @@ import scipy
 
 from ...arrays import Array, Index
 from ...compression.hmatrix.schwarz import Subdomain
+from ...round_off import TINY
 from .coupling import Coupling
 from .rows import BodyRows
 
@@ -48,7 +49,7 @@ class Nodes:
             entries = slice(seen.indptr[node], seen.indptr[node + 1])
             self.leader[node] = secondary[seen.indices[entries][np.argmax(seen.data[entries])]]
         self.leader[secondary] = secondary
-        most = np.maximum(faced.max(axis=1).toarray().ravel(), 1e-300) if m else np.ones(0)
+        most = np.maximum(faced.max(axis=1).toarray().ravel(), TINY) if m else np.ones(0)
         near = scipy.sparse.coo_array(
             scipy.sparse.csr_array(scipy.sparse.diags(1.0 / most) @ faced)
         )
@@ -123,7 +124,7 @@ class Nodes:
         middle = 0.5 * (low + high)
         half = np.maximum((0.5 + 0.5 * MARGIN) * (high - low), 0.5 * MARGIN * (high - low).max())
         inside = np.array(
-            self._search[b].query_ball_point(middle, float(half.max()) + 1e-300, p=np.inf),
+            self._search[b].query_ball_point(middle, float(half.max()) + TINY, p=np.inf),
             dtype=np.int64,
         )
         inside = inside[np.all(np.abs(x[inside] - middle) <= half * (1.0 + 1e-12), axis=1)]

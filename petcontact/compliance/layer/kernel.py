@@ -23,6 +23,7 @@ from ...geometry.arcs import cross
 from ...mesh.basis import gauss, product_weights
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...record import record
+from ...round_off import TINY, WRITTEN
 
 FAR_POINTS, NEAR_POINTS = 4, 12
 """Numbers of Gauss points in addition to the order of an element: for the kernel at distant points,
@@ -83,7 +84,7 @@ class Strip:
     @property
     def uniform(self) -> bool:
         """Whether all elements are equal, so that T is a convolution from element to element."""
-        return bool(np.ptp(self.length) <= 1e-9 * self.length[0] and np.ptp(self.order) == 0)
+        return bool(np.ptp(self.length) <= WRITTEN * self.length[0] and np.ptp(self.order) == 0)
 
 
 def strips(
@@ -150,7 +151,7 @@ def _meet(mesh: CurveMesh, first: Index, second: Index) -> Mask:
         mesh.normal[mesh.first_node[first + 1] - 1] * mesh.normal[mesh.first_node[second]], axis=1
     )
     # neighbours belong to one stretch where their normals turn by less
-    return np.asarray((gap <= 1e-9 * mesh.length[first]) & (turn > 0.8))
+    return np.asarray((gap <= WRITTEN * mesh.length[first]) & (turn > 0.8))
 
 
 def _reflection(
@@ -257,10 +258,10 @@ def _columns(strip: Strip, thickness: float, order: int, elements: Index, target
     near = np.abs(x) < 4.0
     s, product = product_weights(order, order + FAR_POINTS + more)
     distance = _short_way(np.abs(offset[:, :, None] - half[:, None] * s), strip.closed)
-    result = np.log(np.tanh(rate * np.maximum(distance, 1e-300))) @ product.T
+    result = np.log(np.tanh(rate * np.maximum(distance, TINY))) @ product.T
     s, product = product_weights(order, order + NEAR_POINTS + more)
     width = np.broadcast_to(half, offset.shape)[near]
-    distance = np.maximum(np.abs(offset[near][:, None] - width[:, None] * s), 1e-300)
+    distance = np.maximum(np.abs(offset[near][:, None] - width[:, None] * s), TINY)
     smooth = (
         np.log(np.tanh(rate * _short_way(distance, strip.closed)) / (rate * distance)) @ product.T
     )

@@ -20,6 +20,7 @@ import numpy as np
 from ...arrays import LONGEST_NAME, Array, Index
 from ...errors import InputError, MissingPackage, OutputError
 from ...record import record
+from ...round_off import WRITTEN
 from ...untyped import Keyed
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
@@ -183,7 +184,7 @@ class CadSurface(SolidSurface):
 
     def table(self) -> list[list[str]]:
         """Number, part, kind, area and centre of each face, after a head."""
-        small = 1e-9 * self.diameter
+        small = WRITTEN * self.diameter
         centres = [
             " ".join(f"{0.0 if abs(value) < small else value:.4g}" for value in face.centre)
             for face in self.faces

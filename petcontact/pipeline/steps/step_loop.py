@@ -13,6 +13,7 @@ from ...bem.boundary_data import BoundaryData
 from ...given.posed import Step
 from ...results.records import StepResult
 from ...results.solution import Solution
+from ...round_off import WRITTEN
 from ...runtime.signals import answering
 from ..eliminate import MOST_NODES, eliminated
 from ..pose.load_states import later_data
@@ -151,7 +152,7 @@ class _Shares:
     def target(self) -> float:
         """Load factor at which the next increment ends."""
         target = self.known[0] if self.known else min(1.0, self.reached + self.size)
-        return 1.0 if 1.0 - target < 1e-9 else target
+        return 1.0 if 1.0 - target < WRITTEN else target
 
     @property
     def by_halves(self) -> Halves | None:

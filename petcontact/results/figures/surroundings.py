@@ -13,6 +13,7 @@ from ...geometry.rotation import MOTIONS
 from ...given.conditions import Condition, Displacement, Symmetry, Traction
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...record import record
+from ...round_off import TINY
 from ...runtime.figure_style import COLOURS, new_label
 from ...untyped import Axes
 from ..data import SolutionData
@@ -166,7 +167,7 @@ def draw_tractions(axes: Axes, solution: SolutionData, view: View) -> None:
         along = pair.sigma_t[:, :1] * pair.tangent[:, 0, :2]
         traction = along - pair.pressure[:, None] * pair.normal
         arrows = traction * (LONG * size / largest)
-        arrows *= np.minimum(1.0, LONGEST * size / np.maximum(np.hypot(*arrows.T), 1e-300))[:, None]
+        arrows *= np.minimum(1.0, LONGEST * size / np.maximum(np.hypot(*arrows.T), TINY))[:, None]
         x, order = moved(solution, name, view.factor), np.argsort(pair.arc_length)
         closed = order[pair.state[order] != OPEN]
         shown = closed[spread(x[closed], 0.5 * size / ARROWS)]

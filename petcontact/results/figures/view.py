@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...given.interface_data import PosedInterface
 from ...mesh.surface_mesh import SurfaceMesh
 from ...record import record, replace
+from ...round_off import WRITTEN
 from ...runtime.figure_style import label, round_number
 from ..data import SolutionData
 from ..records import PairResult, StepResult
@@ -192,7 +193,7 @@ class Chart:
         outward = np.average(normal[closed], axis=0, weights=pair.weight[closed])
         if np.linalg.norm(outward) < FACING:  # what is in contact looks all ways
             outward = np.linalg.svd(pair.x - pair.x.mean(axis=0), full_matrices=False)[2][2]
-        flat = np.allclose(pair.tangent, tangents, atol=1e-9)
+        flat = np.allclose(pair.tangent, tangents, atol=WRITTEN)
         outward = np.round(outward / np.linalg.norm(outward), 3)
         directions = (
             tangents
@@ -250,7 +251,7 @@ def _round(normal: Array, pair: PairResult, closed: Mask) -> tuple[Array, Array]
     # normals of a cylinder or a cone meet its axis
     apart = np.eye(3) - np.outer(axis, axis) - np.einsum("mi,mj->mij", across, across)
     return axis, np.linalg.lstsq(
-        apart.sum(axis=0), np.einsum("mij,mj->i", apart, pair.x), rcond=1e-9
+        apart.sum(axis=0), np.einsum("mij,mj->i", apart, pair.x), rcond=WRITTEN
     )[0]
 
 

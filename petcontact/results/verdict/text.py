@@ -9,6 +9,7 @@ import numpy as np
 
 from ...arrays import Array, shown
 from ...given.tables.units import Units
+from ...round_off import TINY, WRITTEN
 from ...runtime.terminal import printable
 from ..numbers.number import Number
 
@@ -85,7 +86,7 @@ def rounded_up(error: float) -> str:
     ('0.02', '20', '1')
     """
     decade = 10.0 ** np.floor(np.log10(error))
-    rounded = np.ceil(error / decade * (1.0 - 1e-9)) * decade
+    rounded = np.ceil(error / decade * (1.0 - WRITTEN)) * decade
     return f"{rounded:.0f}" if 1.0 <= rounded < 10.0**EXACT else f"{rounded:.1g}"
 
 
@@ -94,7 +95,7 @@ def place_of(x: Array, size: float) -> str:
 
     More of them would be those of the search for a maximum, which is flat, and of a processor.
     """
-    decimals = -math.floor(math.log10(max(1e-4 * size, 1e-300)))
+    decimals = -math.floor(math.log10(max(1e-4 * size, TINY)))
     rounded = np.round(x, decimals)
     return shown(np.where(np.abs(x) < 1e-4 * size, 0.0, rounded), 10).replace(" ", KEPT)
 

@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...round_off import WRITTEN
 
 CELLS = {"line": ("quad", (0, 2, 3, 1)), "triangle": ("wedge", (0, 1, 2, 3, 4, 5))}
 """What cells of a section become, and the order of their points: those of the section first."""
@@ -41,7 +42,7 @@ def revolved(section: meshio.Mesh, degrees: float) -> meshio.Mesh:
     round stands side by side, in single precision: files are compressed to a quarter.
     """
     # cells of 7.5 degrees at most, whose chords leave 2e-3 of the radius
-    count = math.ceil(degrees / 7.5 - 1e-9)
+    count = math.ceil(degrees / 7.5 - WRITTEN)
     angles = np.radians(degrees / count * np.arange(count + (degrees < 360.0)))
     frames = np.array([_frame(angle) for angle in angles])
     place, blocks = np.arange(count + 1)[:, None] % len(angles), []
