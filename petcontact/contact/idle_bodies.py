@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy.optimize
+import scipy
 
 from ..arrays import Array, Mask
 from ..round_off import SOLVED

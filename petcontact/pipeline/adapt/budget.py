@@ -54,6 +54,10 @@ class Budget:
     nodes: int
     seconds: float
 
+    def exceeds(self, other: Budget) -> bool:
+        """Return whether a cost is larger than another one."""
+        return self.nodes > other.nodes or self.seconds > other.seconds
+
     def __str__(self) -> str:
         return f"{self.nodes} nodes and {self.seconds:g} s of processor time"
 
@@ -92,28 +96,31 @@ def beyond_budget(
     the user's `own` may cost anything, and what follows from them twice that.
     """
     bem = resolved_bem(suitable_bem(posed, meshes))
-    bodies = max(len(meshes), 2 * faces)
-    budget = budget_of(bodies, wanted.asked)
-    nodes, before = (sum(mesh.n_nodes for mesh in each) for each in (meshes, own))
+    bodies, nodes = max(len(meshes), 2 * faces), sum(mesh.n_nodes for mesh in meshes)
     nodes_of, total = contact_sizes(posed, meshes)
     components = meshes[0].components
     unknowns = [components * count for count in nodes_of]
     seconds = solve_seconds(bem, meshes, unknowns, components * total, *counts)
+    dear = Budget(nodes, seconds).exceeds(budget_of(bodies, wanted.asked))
     # the cost grows at least as the nodes do
-    cheap = nodes <= budget.nodes and seconds <= budget.seconds
-    if not cheap and nodes > 2 * before:
-        goes_on = f"--accuracy {wanted.accuracy:g} goes on, to at most {budget_of(bodies, True)}"
-        more = "a [mesh] of your own may have more" if wanted.asked else goes_on
-        kind = "" if wanted.asked else " where no accuracy is named"
-        return (
-            f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is "
-            f"{budget}; {more}"
-        )
+    if dear and nodes > 2 * sum(mesh.n_nodes for mesh in own):
+        return _refusal(Budget(nodes, round(seconds, 1)), bodies, wanted)
     try:
         needed_memory(bem, meshes, nodes_of, total, components)
     except InputError as error:
         return f"the next mesh does not fit the memory ({error})"
     return ""
+
+
+def _refusal(cost: Budget, bodies: int, wanted: Wanted) -> str:
+    """Return the sentence on a mesh that exceeds the budget, and what allows more."""
+    goes_on = f"--accuracy {wanted.accuracy:g} goes on, to at most {budget_of(bodies, True)}"
+    more = "a [mesh] of your own may have more" if wanted.asked else goes_on
+    kind = "" if wanted.asked else " where no accuracy is named"
+    return (
+        f"the next mesh would have {cost}, the budget{kind} is "
+        f"{budget_of(bodies, wanted.asked)}; {more}"
+    )
 
 
 def short_of(
