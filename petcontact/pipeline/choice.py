@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..given.interface_data import PosedInterface
 from ..given.posed import Posed
 from ..given.tables.solver_options import Bem
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -16,6 +18,7 @@ from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..record import record
+from ..round_off import SINGLE
 from ..runtime.memory import physical_memory
 from ..runtime.petsc import given_options, option
 from ..untyped import Keyed
@@ -369,11 +372,24 @@ def needed_memory(
 def suitable_bem(posed: Posed, meshes: Sequence[BoundaryMesh]) -> Bem:
     """`[bem]` of a problem, dense where a part in space is the secondary of two interfaces.
 
-    Compressed surfaces are not made for such parts. A storage that is named stays.
+    Compressed surfaces are made for such parts where no node has something opposite twice, as a
+    roller between two plates in opposite directions, and only for Newton's method. A storage that
+    is named stays.
     """
-    secondaries, bem = [i.ends[0] for i in posed.interfaces], posed.bem
-    twice = len(set(secondaries)) < len(secondaries) and meshes[0].dim > 2
+    sides, bem = posed.interfaces, posed.bem
+    twice = meshes[0].dim > 2 and any(
+        one.ends[0] == other.ends[0]
+        and not (posed.method.resolved_name == "semismooth-newton" and _are_opposite(one, other))
+        for one, other in itertools.combinations(sides, 2)
+    )
     return bem.model_copy(update={"mat_type": "dense"}) if twice and bem.mat_type == "auto" else bem
+
+
+def _are_opposite(one: PosedInterface, other: PosedInterface) -> bool:
+    """Return whether bodies are met by one part in opposite directions."""
+    if None in (one.primary, other.primary) or one.direction is None or other.direction is None:
+        return False
+    return bool(np.linalg.norm(one.direction + other.direction) < SINGLE)
 
 
 def contact_sizes(posed: Posed, meshes: Sequence[BoundaryMesh]) -> tuple[list[int], int]:

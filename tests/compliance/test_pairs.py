@@ -85,6 +85,19 @@ def on_ground():
     return {"body": [free, box("half", [2, 0, 0], [3, 1, 1], 0.5, 2.0, ground, roller, pressed)]}
 
 
+def squeezed():
+    """A cylinder between two plates; its side is the secondary of both contacts, of which no node
+    has something opposite twice."""
+    roller = solid("roller", BODIES["lying"][0], mesh={"element_size": 0.5, "order": 1})
+    lower = box("lower", [-1, -1, -0.6], [1, 1, 0], 0.7, 2.0, BOTTOM)
+    lid = box("lid", [-1, -1, 1.2], [1, 1, 1.8], 0.7, 1.0, moved("top", [0.0, 0.0, -0.1]))
+    pairs = [
+        touching(name, "roller.side", other, direction=[0.0, 0.0, way], friction_coefficient=0.3)
+        for name, other, way in (("low", "lower.top", -1.0), ("high", "lid.bottom", 1.0))
+    ]
+    return {"body": [roller, lower, lid], "contact": pairs}
+
+
 SIZES = (0.25, 0.45, 0.6)
 """Of panels, by order."""
 LAWS = ("frictionless", "Coulomb", "Tresca", "both", "bonded")
@@ -142,6 +155,7 @@ CASES = {
     "floating": floating,
     "punch": punched,
     "ground": on_ground,
+    "squeezed": squeezed,
     "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
 } | {f"random pair {seed}": functools.partial(random_pair, seed) for seed in range(12)}
 
@@ -155,7 +169,7 @@ def compressed(data, tolerance=1e-4):
     return solved(data, "hmatrix", tolerance)
 
 
-@pytest.mark.parametrize("name", some(("Coulomb", "ground"), CASES))
+@pytest.mark.parametrize("name", some(("Coulomb", "ground", "squeezed"), CASES))
 def test_bodies_are_solved_as_on_dense_operators(name):
     """The same sets, and everything to some ten times the tolerance of the compression, each body
     by its own size; random pairs by that of both, whatever the outcome is."""

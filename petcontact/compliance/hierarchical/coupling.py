@@ -30,6 +30,10 @@ from ..interface import ContactMaps, Interface
 from .rows import BodyRows
 
 Sparse: TypeAlias = scipy.sparse.csr_array
+TWICE = (
+    "bem.mat_type: compressed bodies in space can be secondary once at each place; let the "
+    'other contact have this part as its primary, or choose "dense"'
+)
 
 
 @record
@@ -127,13 +131,16 @@ class Coupling:
         Unknowns that stand for displacements in contact.
     secondary : (k M,) array
         The part of `met` at the nodes of the secondaries, node by node.
+    leading : (n,) array
+        Of these the components whose law has the unknowns of their node. Other laws of a node,
+        with nothing opposite, are open, and follow.
     opposite : (k M, q) sparse array
         Matrix from all displacements in contact to -o, along the directions of the interfaces.
 
     Raises
     ------
     InputError
-        If a node is a secondary twice.
+        If a node is a secondary twice, and both times something is opposite.
     """
 
     def __init__(
@@ -166,7 +173,7 @@ class Coupling:
         directions = np.concatenate([frames[:0], *(face.directions for face in interfaces)])
         self.directions, (m, k) = directions, directions.shape[:2]
         self.shape = m, k
-        node = _secondary_nodes(bodies, rows, interfaces, k)
+        node, self.leading = _secondary_nodes(bodies, rows, interfaces, k)
         self._place = (k * node[:, None] + np.arange(k)).ravel()
         self.secondary = self.met[self._place]
         turned = np.einsum("mad,mbd->mab", directions, frames[node])
@@ -190,7 +197,9 @@ class Coupling:
         self._to_u, self._to_t = (
             _selection(offset, factors, (self.columns, q)) for offset in (self._u, self._t)
         )
-        self._to_secondary = Sparse(self._pick.T @ self._turn_back)
+        self._to_secondary = Sparse(
+            self._pick.T @ self._turn_back @ _selection(self.leading, self.leading, (k * m, k * m))
+        )
         self._unknowns = np.concatenate(
             [offset + np.arange(n) for offset, n in zip(self.first_column, sizes, strict=False)]
         )
@@ -260,8 +269,8 @@ class Coupling:
 
         Those of secondaries are along the directions of the contact.
         """
-        unknowns = z.copy()
-        unknowns[self.secondary] = self._turn @ (self._pick @ z[self.met])
+        unknowns, rows = z.copy(), self.leading
+        unknowns[self.secondary[rows]] = (self._turn @ (self._pick @ z[self.met]))[rows]
         return unknowns
 
     def tractions(self, sigma: Array) -> Array:
@@ -324,13 +333,14 @@ def _selection(rows: Index, columns: Index, shape: tuple[int, int]) -> Sparse:
 
 def _secondary_nodes(
     bodies: Sequence[ElasticBody], rows: Sequence[BodyRows], interfaces: Sequence[Interface], k: int
-) -> Index:
-    """Return the numbers of the secondaries' nodes (M,) among the contact nodes of all bodies.
+) -> tuple[Index, Index]:
+    """Return the numbers of the secondaries' nodes (M,) among the contact nodes of all bodies, and
+    the components `leading` of one each: with something opposite, if there is any.
 
     Raises
     ------
     InputError
-        If a node belongs to two secondaries.
+        If a node belongs to two secondaries with something opposite.
     """
     start = np.cumsum([0, *(body.slot.size for body in rows)]) // k
     numbers = [
@@ -338,12 +348,12 @@ def _secondary_nodes(
         for face in interfaces
     ]
     node: Index = np.concatenate([start[:0], *numbers])
-    if len(np.unique(node)) < len(node):
-        raise InputError(
-            "bem.mat_type: compressed bodies in space can be secondary once at each place; let the "
-            'other contact have this part as its primary, or choose "dense"'
-        )
-    return node
+    met = np.isfinite(np.concatenate([np.zeros(0), *(face.gap for face in interfaces)]))
+    order, leads = np.lexsort((~met, node)), np.zeros(len(node), dtype=bool)
+    leads[order[np.unique(node[order], return_index=True)[1]]] = True
+    if np.any(met & ~leads):
+        raise InputError(TWICE)
+    return node, np.flatnonzero(np.repeat(leads, k))
 
 
 def _stiffness(rows: Sequence[BodyRows], interfaces: Sequence[Interface]) -> Array:

@@ -219,7 +219,9 @@ class MixedEquations:
                 coupling.seen @ moved[coupling.met] + (motion @ change[bodies:]).ravel()
             ).reshape(v.shape)
         opposite = -(coupling.opposite @ z[coupling.met]) - (motion @ alpha[bodies:]).ravel()
-        z[coupling.secondary] = coupling.nearest(posed.expansion.relation, v, start.sigma, opposite)
+        z[coupling.secondary[coupling.leading]] = coupling.nearest(
+            posed.expansion.relation, v, start.sigma, opposite
+        )[coupling.leading]
         multipliers = (
             np.linalg.solve(self._coordinates, start.beta - start.alpha[:bodies])
             if bodies

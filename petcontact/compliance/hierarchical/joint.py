@@ -9,12 +9,13 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.system import Linearisation, Modes, RigidModeConstraint
+from ...errors import InputError
 from ...round_off import SOLVED
 from ...runtime.petsc import stage
 from ...untyped import Comm
 from ..body.eliminated import ElasticBody
 from ..interface import ContactMaps, Interface
-from .coupling import Coupling, Relation
+from .coupling import TWICE, Coupling, Relation
 from .equations import MixedEquations
 from .linear_problem import Balance, Posed, State
 from .rows import BodyRows
@@ -186,7 +187,9 @@ class JointBodies:
     def robin(
         self, rho: Array, r: Array, modes: Modes | None, work: Array, soft: Array | float = 0.0
     ) -> State:
-        """Solve δσ + ρ δv = r without loads."""
+        """Solve δσ + ρ δv = r without loads; it is no law of a node that is a secondary twice."""
+        if len(self.equations.coupling.leading) < r.size:
+            raise InputError(TWICE)
         eye, still = np.broadcast_to(np.eye(r.shape[1]), (*r.shape, r.shape[1])), np.zeros_like(r)
         loaded = None if modes is None else replace(modes, load=-work)
         constraint = (

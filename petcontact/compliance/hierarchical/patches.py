@@ -175,7 +175,9 @@ class Nodes:
         """Return the rounded directions of the components of each node."""
         first = self._coupling.first
         frames = np.concatenate([body.frame.reshape(-1, 3) for body in self.rows])
-        frames[self._coupling.secondary] = self._coupling.directions.reshape(-1, 3)
+        rows = self._coupling.leading
+        directions = self._coupling.directions.reshape(-1, 3)
+        frames[self._coupling.secondary[rows]] = directions[rows]
         rounded = [
             np.rint(frames[first[b] : first[b + 1]]).reshape(len(body.x), -1)
             for b, body in enumerate(self.rows)
