@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from ..arrays import Array
 from ..record import record
-from ..round_off import SINGLE, WRITTEN
-from .outline import Side
+from ..round_off import WRITTEN
 from .revolved.turned_surface import RevolvedSurface
 from .round_surfaces import CylinderSurface, SphereSurface
 from .surface import BOX_PARTS, BoxSurface, face_axes
@@ -127,35 +125,12 @@ def _(surface: CylinderSurface, part: str, middle: Array | None = None) -> Chart
 
 @chart_of.register
 def _(surface: RevolvedSurface, part: str, middle: Array | None = None) -> Chart | None:
-    sides = [side for side in surface.section.sides if side.part == part]
-    if not _runs_on(sides):
+    runs = [run for run in surface.runs if run.part == part]
+    if len(runs) != 1:
         return None
-    lengths = np.array([side.length for side in sides])
-    ends = np.append(0.0, np.cumsum(lengths))
-
-    def section(v: Array) -> Array:
-        number = np.clip(np.searchsorted(ends, v, side="right") - 1, 0, len(sides) - 1)
-        share = (v - ends[number]) / lengths[number]
-        return np.choose(number[:, None], [side.point(share) for side in sides])
-
-    def along(points: Array) -> Array:
-        shares = np.array([side.nearest(points) for side in sides])
-        feet = np.array([side.point(share) for side, share in zip(sides, shares, strict=True)])
-        nearest = np.linalg.norm(feet - points, axis=2).argmin(axis=0)
-        share = shares[nearest, np.arange(len(points))]
-        return np.asarray(ends[nearest] + share * lengths[nearest])
-
-    place, radius = (surface.centre, surface.frame), float(section(0.5 * ends[-1:])[0, 0])
-    return _turned(place, surface.angle, section, along, float(ends[-1]), radius, middle)
-
-
-def _runs_on(sides: Sequence[Side]) -> bool:
-    """Return whether sides follow one another without a corner."""
-    return bool(sides) and all(
-        np.allclose(one.end, two.start)
-        and float(one.tangents(np.ones(1))[0] @ two.tangents(np.zeros(1))[0]) > 1.0 - SINGLE
-        for one, two in itertools.pairwise(sides)
-    )
+    (run,) = runs
+    place, radius = (surface.centre, surface.frame), float(run.at(0.5 * run.ends[-1:])[0, 0])
+    return _turned(place, surface.angle, run.at, run.nearest, run.length, radius, middle)
 
 
 def _turned(

@@ -3,6 +3,7 @@ triangles where more go round."""
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 
@@ -15,6 +16,7 @@ from ...round_off import WRITTEN
 from ..arcs import check_digits
 from ..outline import Outline
 from ..round_surfaces import RoundSurface, at_rim
+from .runs import Run, runs_of
 from .section import section_triangles
 from .stations import Stations, checked_section, on_axis, parts_of, stations
 
@@ -91,6 +93,12 @@ class RevolvedSurface(RoundSurface):
     def _round_parts(self) -> tuple[str, ...]:
         return parts_of(self.section.sides, self.section)
 
+    @functools.cached_property
+    def runs(self) -> list[Run]:
+        """The sides of the section off the axis; those without a corner between them are one."""
+        sides = self.section.sides
+        return runs_of([side for side in sides if not on_axis(side, self.section)])
+
     @property
     def parts(self) -> tuple[str, ...]:
         """Parts of the section, and the plane faces where the angle is less than a full circle."""
@@ -154,14 +162,14 @@ class RevolvedSurface(RoundSurface):
         return np.stack([np.hypot(away[..., 0], away[..., 1]), away[..., 2]], axis=-1)
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Onto the side of the section that the first four points of a panel, which are corners,
-        are nearest to, and onto all rims there; the axis stays."""
+        """Onto the run of sides of the section that the first four points of a panel, which are
+        corners, are nearest to, and onto all rims there; the axis stays."""
         away = (points - self.centre) @ self.frame.T
         section_points = self.in_section(points)
         radius = section_points[..., 0]
         nearest, least = section_points.copy(), np.full(len(section_points), np.inf)
         flat = np.flatnonzero(part >= len(self._round_parts))
-        for side in (side for side in self.section.sides if not on_axis(side, self.section)):
+        for side in self.runs:
             on_part = np.flatnonzero(part == self.parts.index(side.part))
             if not len(on_part) + len(flat):
                 continue
@@ -170,18 +178,18 @@ class RevolvedSurface(RoundSurface):
             )
             # what lies close to an end belongs on the rim that the end is turned into
             first, last = (
-                at_rim(side.length * along, points[on_part])
-                & (end[0] > WRITTEN * self.section.diameter)
-                for along, end in ((place, side.start), (1.0 - place, side.end))
+                at_rim(along, points[on_part]) & (end[0] > WRITTEN * self.section.diameter)
+                for along, end in zip(
+                    (place, side.length - place), side.at(side.ends[[0, -1]]), strict=True
+                )
             )
-            place = np.where(first, 0.0, np.where(last, 1.0, np.nan_to_num(place)))
-            near = side.point(place.ravel()).reshape(*place.shape, 2)
+            place = np.where(first, 0.0, np.where(last, side.length, np.nan_to_num(place)))
+            near = side.at(place.ravel()).reshape(*place.shape, 2)
             distance = np.nansum((near - section_points[on_part])[:, :4] ** 2, axis=(1, 2))
             better = distance < least[on_part]
             nearest[on_part[better]], least[on_part[better]] = near[better], distance[better]
-            near = side.point(
-                np.clip(np.nan_to_num(side.nearest(section_points[flat].reshape(-1, 2))), 0.0, 1.0)
-            ).reshape(-1, *section_points.shape[1:])
+            place = np.nan_to_num(side.nearest(section_points[flat].reshape(-1, 2)))
+            near = side.at(place).reshape(-1, *section_points.shape[1:])
             close = at_rim(np.linalg.norm(near - section_points[flat], axis=-1), points[flat])
             nearest[flat] = np.where(close[..., None], near, nearest[flat])
         on_rim = radius > WRITTEN * self.section.diameter

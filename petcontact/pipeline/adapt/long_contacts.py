@@ -107,9 +107,9 @@ class LaidBands:
 
 
 def followed(long: Long, solution: Solution) -> ContactBand:
-    """Return a band with the widths, the length and the place along the ridge that a solution has.
+    """Return a band with the widths, the length and the place that a solution has.
 
-    Ends that are sharp stay.
+    Ends that are sharp stay, and the ridge stays parallel to itself.
     """
     pair = max(
         (step.pairs[long.side.name] for step in step_ends(solution.steps or solution.tried)),
@@ -120,15 +120,15 @@ def followed(long: Long, solution: Solution) -> ContactBand:
     force = pair.weight * pair.pressure * long.is_inside(along)
     if not force.any():
         return band
-    half = _half_widths(long, along, across, force)
-    if any(band.sharp):
-        return replace(band, half=half(band.s))
-    usual = band.load * np.gradient(band.s)
-    both = _spread(band.s, usual), _spread(along, force)
-    s, ends = (_moved(places, *both) for places in (band.s, np.array(band.ends)))
-    return ContactBand(
-        *long.ridge.at(s), s, half(s), band.load, (float(ends[0]), float(ends[1])), band.sharp
-    )
+    off = float(force @ across / force.sum())
+    half = _half_widths(long, along, across - off, force)
+    s, ends = band.s, band.ends
+    if not any(band.sharp):
+        both = _spread(s, band.load * np.gradient(s)), _spread(along, force)
+        s, moved = (_moved(places, *both) for places in (s, np.array(ends)))
+        ends = float(moved[0]), float(moved[1])
+    points, sides = band.at(s)
+    return replace(band, points=points + off * sides, across=sides, s=s, half=half(s), ends=ends)
 
 
 def _half_widths(long: Long, along: Array, across: Array, force: Array) -> Callable[[Array], Array]:

@@ -1,6 +1,7 @@
 """Bands: the forecast against exact ellipses, ridges and their ends, panels that fill a face."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from petcontact.geometry.round_surfaces import CylinderSurface, SphereSurface
 from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
+from petcontact.pipeline.adapt.long_contacts import Long, followed
 from petcontact.refinement.panels.bands import _one_frame, banded
 from petcontact.refinement.panels.face_gaps import face_gap, touching
 from petcontact.refinement.panels.forecast import (
@@ -172,6 +174,10 @@ def test_the_upper_half_of_an_o_ring_is_unrolled_as_one():
     assert np.abs(np.hypot(*chart.at(ridge.points)[:, :2].T) - 25.0).max() < 1e-5
     place = np.array([[1.0, 0.5], [2.0, 4.0], [9.0, 4.5], [12.0, 8.0]])
     assert chart.local(chart.at(place)) == pytest.approx(place)
+    # a panel may lie on both quarters: on one of them it would have no width
+    panel = chart.at(np.array([[3.0, 4.12], [5.0, 4.12], [5.0, 4.26], [3.0, 4.26]]))
+    there = surface.onto(np.array([surface.parts.index("upper")]), panel[None])[0]
+    assert there == pytest.approx(panel)
     whole = Revolved(
         shape="revolved", angle=30.0, loops=[[side | {"part": "skin"} for side in sides]]
     )
@@ -236,6 +242,20 @@ def test_an_o_ring_between_plates_has_the_force_of_its_squeeze(approach, force, 
     assert found == pytest.approx(force * angle / 360.0, rel=0.02)
     half = forecast_of(ridge, line, found, modulus).half
     assert np.ptp(half) < 0.01 * half.max()
+
+
+def test_a_band_lies_where_a_solution_has_its_contact():
+    """Hertz' line beside the ridge, as under an O-ring that turns on elastic plates."""
+    chart, ridge, forecast = expected("where(abs(y) < 2, x**2/3, 1)")
+    long = Long(SimpleNamespace(name="c"), [chart], ridge, band_of(ridge, forecast))
+    across, along = np.meshgrid(np.linspace(-0.08, 0.12, 2001), np.linspace(-1.9, 1.9, 39))
+    x = np.column_stack([across.ravel(), along.ravel(), np.zeros(across.size)])
+    pressure = np.sqrt(np.maximum(1.0 - ((x[:, 0] - 0.02) / 0.1) ** 2, 0.0))
+    pair = SimpleNamespace(x=x, weight=np.ones(len(x)), pressure=pressure)
+    step = SimpleNamespace(pairs={"c": pair}, load=1.0, step=1)
+    band = followed(long, SimpleNamespace(steps=[step], tried=[step]))
+    assert band.at(np.array([1.0]))[0][0, 0] == pytest.approx(0.02, abs=1e-6)
+    assert band.half == pytest.approx(0.104, rel=1e-3)
 
 
 def test_a_pin_in_a_bore_touches_where_it_moves():
