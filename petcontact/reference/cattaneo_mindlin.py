@@ -100,21 +100,3 @@ class PointPartialSlip:
         """q = µp_0 (√(1 - r²/a²) - c/a √(1 - r²/c²)) along the push at distances (n,) [stress]."""
         a, c = self.contact.contact_radius, self.stick_radius
         return self.friction * self.contact.peak * (elliptic(r, a) - c / a * elliptic(r, c))
-
-    def dissipated_in_a_cycle(self, tangential_modulus: float) -> float:
-        """Energy that one cycle of Q between ± the force takes (Mindlin and Deresiewicz 1953)
-        [stress·length³].
-
-        Parameters
-        ----------
-        tangential_modulus : float
-            G*, 1/G* = (2-ν1)/(4G1) + (2-ν2)/(4G2) [stress].
-        """
-        most = self.friction * self.contact.load
-        share = self.force / most
-        lost = (
-            1.0
-            - (1.0 - share) ** (5.0 / 3.0)
-            - 5.0 / 6.0 * share * (1.0 + (1.0 - share) ** (2.0 / 3.0))
-        )
-        return float(3.6 * most**2 / (self.contact.contact_radius * tangential_modulus) * lost)

@@ -41,7 +41,7 @@ class FrettingContact(LinePartialSlip):
     >>> fretting = FrettingContact(pad, friction=0.3, force=38.75, bulk=100.0)
     >>> round(fretting.stick_half_width, 6), round(fretting.stick_offset, 6)
     (0.045519, 0.041197)
-    >>> round(fretting.trailing_stress, 2)
+    >>> round(float(fretting.stress(np.array([pad.half_width]))[0]), 2)
     345.75
     """
 
@@ -76,11 +76,6 @@ class FrettingContact(LinePartialSlip):
         return (
             self.bulk - self.contact.pressure(x) + 2.0 * self.friction * self.contact.peak * pulled
         )
-
-    @property
-    def trailing_stress(self) -> float:
-        """The largest σ_xx, at x = a [stress]."""
-        return float(self.stress(np.array([self.contact.half_width]))[0])
 
 
 def _outwards(s: Array) -> Array:

@@ -171,11 +171,14 @@ class GradedOutline:
     def kinks(self) -> list[Array]:
         """Arc lengths inside each side at which its data have a kink or a jump, increasing
         [length]."""
-        result = []
-        for side, row in zip(self.outline.sides, self.data, strict=True):
-            fractions = np.concatenate([np.empty(0), *(field.switches[0] for field in row)])
-            result.append(inside(fractions * side.length, self.closest, side.length))
-        return result
+        fractions = [
+            np.concatenate([np.empty(0), *(field.switches[0] for field in row)])
+            for row in self.data
+        ]
+        return [
+            inside(on_side * side.length, self.closest, side.length)
+            for side, on_side in zip(self.outline.sides, fractions, strict=True)
+        ]
 
     @functools.cached_property
     def touching(self) -> list[dict[float, float]]:
