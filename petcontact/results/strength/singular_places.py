@@ -45,6 +45,7 @@ from .touching import (
     Touching,
     core_of,
     facing_nodes,
+    felt,
     firmness,
     growing,
     kind_of,
@@ -88,8 +89,6 @@ class _Body:
         self.kappa = 3.0 - 4.0 * self._body.material.plane_strain_ratio
         self._corners: Corners = self._mesh.once("corners", lambda: corners_of(self._mesh))
         self._whole = float(np.ptp(self._mesh.x, axis=0).max())
-        # a share of `MISMATCH` adds as large a share of the mean traction
-        self._felt = max(SINGLE, MISMATCH * float(np.nan_to_num(solution.accuracy.error)))
         self._pair = np.full(self._mesh.n_nodes, -1)
         self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
         self._partners = list[Partner]()
@@ -217,7 +216,12 @@ class _Body:
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self._mesh, *data, corners, number, (first, 1 - first), does)
-            expansions = growing(found, differ, self._felt)
+            least = (
+                self._felt
+                if np.any(self._pair[self._mesh.first_node[corners.element[number]]] >= 0)
+                else SINGLE
+            )
+            expansions = growing(found, differ, least)
             if expansions or differ[0] > MISMATCH:
                 yield Place(
                     self._name,
@@ -231,12 +235,19 @@ class _Body:
                     expansions,
                     isinstance(does[0], Touching) and not does[0].partner.bonded,
                     core_of(x, does),
-                    differ[1] > self._felt,
+                    differ[1] > least,
                 )
             if under is not None and own.least < 1.0:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
                 what = "the end of a part" if smooth else "a corner"
                 yield replace(under, sides=f"under {what} of {self._name}")
+
+    @functools.cached_property
+    def _felt(self) -> float:
+        """The `mismatch` that counts beside contact."""
+        return felt(
+            self._mesh, self._step.bodies[self._name].traction, self._solution.accuracy.error
+        )
 
     def _part_of(self, element: int) -> str:
         """The name of the part of an element."""
