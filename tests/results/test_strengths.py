@@ -9,11 +9,13 @@ import pytest
 from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, touching
 
 from petcontact import solve
+from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.refinement.corner_exponents import SLIDING
 from petcontact.refinement.corner_modes import corner_expansion
+from petcontact.results.strength.corners import corners_of
 from petcontact.results.strength.singular_places import singular_places
 from petcontact.results.strength.strengths import fits
-from petcontact.results.strength.touching import growing, pressed_at
+from petcontact.results.strength.touching import growing, nodes_beside, pressed_at
 from petcontact.sweep.quantities import unbounded_pressure
 
 
@@ -84,6 +86,22 @@ def test_a_contact_between_two_samples_of_an_edge_is_found():
         assert sorted(stretch[:, 0]) == pytest.approx([-0.11, 0.11])
     (ends, stretch), *rest = pressed_at(np.array([[1.0, 0.0]]), np.array([[0.9, 0.0]]), np.ones(1))
     assert not rest and np.all(np.stack([ends, stretch]) == [1.0, 0.0])
+
+
+def test_what_lies_beside_a_piece_of_an_edge_lies_across_it():
+    """A line contact ends at an edge: most of what is as near along the edge is open."""
+    body = solid("b", cuboid([0.0] * 3, [1.0] * 3), moved("bottom", [0.0] * 3))
+    data = problem(body=[body | {"mesh": {"element_size": 0.125, "order": 1}}])
+    (mesh,) = FirstMeshes(data.posed, 4000).meshes
+    corners = corners_of(mesh)
+    number = int(np.linalg.norm(corners.x - [0.5, 0.0, 1.0], axis=1).argmin())
+    piece = corners.ends[number]
+    top = mesh.part_names.index("top")
+    (element,) = corners.element[number][mesh.part[corners.element[number]] == top].tolist()
+    beside = mesh.x[nodes_beside(mesh, piece, "top", element, 0.3)]
+    low, high = np.sort(piece[:, 0])
+    assert low <= beside[:, 0].min() and beside[:, 0].max() <= high
+    assert beside[:, 1].max() > 0.2 > high - low
 
 
 def test_an_edge_in_space_has_one_strength():

@@ -265,10 +265,10 @@ class _Body:
     def _does(self, number: int, side: int, along: Array, across: Array) -> Does:
         """What a side of a corner does, by its nodes beside it."""
         corners, mesh = self._corners, self._mesh
-        x, element = corners.x[number], corners.element[number, side]
+        ends, element = corners.ends[number], corners.element[number, side]
         part, reach = self._part_of(element), SHARE * self._sizes[number]
         nodes = mesh.once(
-            ("beside", number, side, reach), lambda: nodes_beside(mesh, x, part, element, reach)
+            ("beside", number, side, reach), lambda: nodes_beside(mesh, ends, part, element, reach)
         )
         touched = self._touched(nodes, along, across)
         if touched is not None:

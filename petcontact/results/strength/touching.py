@@ -153,11 +153,13 @@ def touched(
     return Touching(partner, friction, normal, along, mesh.x[nodes[~slips]])
 
 
-def nodes_beside(mesh: BoundaryMesh, x: Array, part: str, element: int, reach: float) -> Index:
-    """The nodes of a part that lie in an element, or nearer to a corner than some reach."""
-    nodes = mesh.nodes_of(part)
-    away = np.linalg.norm(mesh.x[nodes] - x, axis=1)
-    near = (mesh.element[nodes] == element) | (away < reach)
+def nodes_beside(mesh: BoundaryMesh, ends: Array, part: str, element: int, reach: float) -> Index:
+    """The nodes of a part that lie in an element, or nearer to a corner than some reach and across
+    the piece of an edge (2, d) that it is: what lies along the edge may do something else."""
+    nodes, edge = mesh.nodes_of(part), ends[1] - ends[0]
+    ways = mesh.x[nodes] - ends.mean(axis=0)
+    across = np.abs(ways @ edge) <= 0.5 * float(edge @ edge)
+    near = (mesh.element[nodes] == element) | (across & (np.linalg.norm(ways, axis=1) < reach))
     return np.asarray(nodes[near])
 
 
