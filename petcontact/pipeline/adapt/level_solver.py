@@ -63,6 +63,7 @@ class LevelSolver:
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
         self._told, self._due = 0.0, math.inf
         self._aimed = self._tolerance = math.nan
+        self._needed = 0.0
         self._tried: PreparedProblem | None = None
         self._before: PreparedProblem | None = None
         self.kept: PreparedProblem | None = None
@@ -116,11 +117,12 @@ class LevelSolver:
         estimated error.
 
         The tolerance of compressed operators is smaller for bodies that bend. The solve is repeated
-        with a smaller one while they are too inaccurate.
+        with a smaller one while they are too inaccurate for the first one.
         """
         if last is not None:
             tolerance = self._aimed * compactness(last)
             self._tolerance = max(min(self._tolerance, tolerance), TIGHTEST)
+        self._needed = 0.0
         while True:
             may_be_tighter = self._tolerance > TIGHTEST
             try:
@@ -134,6 +136,7 @@ class LevelSolver:
                 failed = tried.solution.failed
                 if not (may_be_tighter and failed and self._is_too_loose(tried.discrete, failed)):
                     return tried
+            self._needed = self._needed or self._tolerance
             self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
 
     def _is_too_loose(self, discrete: Discrete, failed: StepResult) -> bool:
@@ -149,7 +152,7 @@ class LevelSolver:
         self._release()
         with answering(self._comm):
             discrete, self._tried = self._prepared(meshes, last)
-        problem = replace(self._tried, start=meshes.start(self._tried))
+        problem = replace(self._tried, start=meshes.start(self._tried), needed=self._needed)
         if last is not None:
             factors = known_factors(last) if says_something(error) else {}
             # once: each try that fails costs as much as the whole mesh

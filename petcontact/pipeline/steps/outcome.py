@@ -55,9 +55,8 @@ def step_result(
     elastic, unbalanced = (
         _elastic_residuals(increment, outcome, after, fields, moved) if checked else (0.0, 0.0)
     )
-    limit = max(
-        [limit_of("elastic residual"), *(BLOCKS * body.tolerance for body in system.bodies)]
-    )
+    tolerance = max([problem.needed, *(body.tolerance for body in system.bodies)])
+    limit = max(limit_of("elastic residual"), BLOCKS * tolerance)
     tangential, *normal = natural_residuals(
         increment.law, increment.system, outcome.v, outcome.sigma, system.slices
     )

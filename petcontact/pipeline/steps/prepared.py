@@ -137,6 +137,8 @@ class PreparedProblem:
         Names of the method and the rule, where they are not the problem's own.
     halvings : int
         How often an increment that fails is halved.
+    needed : float
+        Tolerance of compressed operators that is enough, where theirs is smaller [-].
     block_factors : BlockFactors
         Factors of the last active set, for the next increment.
     """
@@ -150,6 +152,7 @@ class PreparedProblem:
     factors: dict[int, list[float]] = field(default_factory=dict)
     named: dict[str, str] = field(default_factory=dict)
     halvings: int = HALVINGS
+    needed: float = 0.0
     block_factors: BlockFactors = field(default_factory=BlockFactors)
 
     @property
