@@ -60,6 +60,8 @@ NEWTON = 5
 """Matrices of the size of S that a Newton step holds, S among them."""
 
 
+BUDGET = 10.0
+"""Processor time of a mesh in space where no accuracy is named [s]."""
 OPERATION = 2.2e-11
 """Seconds of an operation of a factorisation or a product of blocks: bodies of 576 to 5318 nodes,
 one core, 1.8e-11 to 2.6e-11."""

@@ -38,7 +38,7 @@ from .pose.discretise import Discrete, discretise
 from .steps.cycles import wear_history
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor
-from .steps.path import GROWTH, divided_load, with_fewer, with_paths
+from .steps.path import GROWTH, divided_load, is_affordable, with_fewer, with_paths
 from .steps.prepared import PreparedProblem
 from .steps.start import finished_before, first_iterate
 from .steps.step_loop import increments
@@ -176,10 +176,12 @@ def with_report(
     finer, there = _divided(*(coarse or (problem, solution)), wanted)
     if coarse is None:
         return there
-    # what is not known there, or too large, is asked of the mesh itself
-    if not there.accuracy.path <= (wanted or limit_of("path")):
+    # what is not known there, too large or too dear here, is asked of the mesh itself
+    taken, known = len(there.steps), there.accuracy.path <= (wanted or limit_of("path"))
+    divided = taken > len(coarse[1].steps)
+    if not known or (divided and not is_affordable(problem, solution, taken)):
         return _divided(problem, solution, wanted)[1]
-    if len(there.steps) > len(coarse[1].steps):
+    if divided:
         discrete = problem.discrete.with_steps_of(finer.discrete.problem)
         problem = replace(problem, discrete=discrete, factors=finer.factors, halvings=0)
         again = unreported(problem, None)

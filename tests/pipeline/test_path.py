@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from shapes import drawn, elastic, moved, problem, rectangle, touching
 from petcontact import MeshOptions, solve
 from petcontact.pipeline import run
 from petcontact.pipeline.adapt import fixed_mesh, loop
+from petcontact.pipeline.steps import path
 from petcontact.results.numbers.path_errors import path_errors
 
 pytestmark = pytest.mark.usefixtures("unsampled")
@@ -167,3 +169,29 @@ def test_only_steps_that_add_to_the_error_are_divided_also_after_a_restart(tmp_p
     assert [r.load_factor for r in again.steps] == [r.load_factor for r in whole.steps]
     for one, other in zip(whole.steps, again.steps, strict=True):
         assert np.allclose(one.pairs["pair"].sigma_t, other.pairs["pair"].sigma_t, atol=1e-9)
+
+
+def test_other_paths_cost_no_more_than_the_solve_or_are_not_known(monkeypatch):
+    """Five increments of 2 s are within a mesh's budget of 10 s, and six only within a longer
+    solve, here of 20 s more."""
+    (joint, single), solution = (
+        (
+            SimpleNamespace(system=SimpleNamespace(bodies=[SimpleNamespace(is_solved_jointly=way)]))
+            for way in (True, False)
+        ),
+        pressed("x**2/8", 1),
+    )
+    for others, problem_, most in ((0.0, joint, 5), (20.0, joint, 11), (0.0, single, 64)):
+        spent = replace(solution, timings={"factor": others, "iterate": 2.0})
+        told = [path.is_affordable(problem_, spent, count) for count in (most, most + 1)]
+        assert told == [True, problem_ is single]
+    monkeypatch.setattr(path, "is_affordable", lambda *_: False)
+    dear = pressed.__wrapped__("x**2/8", None)
+    assert np.isnan(dear.accuracy.path) and "error of the path not known" in dear.verdict()
+
+
+def test_a_contact_that_begins_at_once_has_no_increment_of_its_own_before():
+    """Of a step in which a thousandth or less comes before contact, as between nodes."""
+    solution = pressed("x**2/8 + 3e-5", 1)
+    (other,) = solution.paths
+    assert len(other.steps) == 4 and 0.0 < solution.accuracy.path < 0.1

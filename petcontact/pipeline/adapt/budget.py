@@ -11,7 +11,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
 from ...refinement.levels import growing
 from ...results.solution import Solution
-from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
+from ..choice import BUDGET, contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
 from ..eliminate import Announce
 from ..steps.increment import Monitor
 from .strategy import Wanted
@@ -62,7 +62,7 @@ class Budget:
         return f"{self.nodes} nodes and {self.seconds:g} s of processor time"
 
 
-BUDGETS = {False: Budget(4000, 10.0), True: Budget(30_000, 200.0)}
+BUDGETS = {False: Budget(4000, BUDGET), True: Budget(30_000, 200.0)}
 """Budgets in space for one or two bodies, by whether the user named an accuracy."""
 
 

@@ -23,7 +23,9 @@ from ...results.records import StepResult
 from ...results.solution import Solution
 from ...round_off import SOLVED
 from ...runtime.petsc import options
+from ...runtime.ranks import agreed_reason
 from ...runtime.signals import BrokenOff, answering
+from ..choice import BUDGET
 from ..eliminate import MOST_NODES
 from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
@@ -116,15 +118,33 @@ def divided_load(
     chosen = {end.step for end, does in zip(ends, matters, strict=True) if does}
     chosen |= {result.step for result in solution.steps if not result.ends}
     divided = {number for number in chosen if not problem.steps[number - 1].is_divided}
-    if not divided or count * len(divided) > UNNAMED:
+    more = count * len(divided)
+    if not divided or more > UNNAMED or not is_affordable(problem, solution, more):
         return None
     factors = {
         step: _growing(begun, 1.0, count)
         for step in divided
         if (begun := _begins(problem, solution, step)) is not None
     }
-    discrete = problem.discrete.with_increments(dict.fromkeys(divided, count))
-    return replace(problem, discrete=discrete, factors=factors)
+    return replace(
+        problem,
+        discrete=problem.discrete.with_increments(dict.fromkeys(divided, count)),
+        factors=factors,
+    )
+
+
+def is_affordable(problem: PreparedProblem, solution: Solution, count: int) -> bool:
+    """Return whether `count` more increments should take no longer than a solve has, or `BUDGET`.
+
+    Only increments of joint solves are dear: of narrow contacts each may cost more than the
+    operators do. Where they are not affordable, the error of the path is not known.
+    """
+    if not any(body.is_solved_jointly for body in problem.system.bodies):
+        return True
+    spent = solution.timings
+    expected = count * spent["iterate"] / len(solution.steps)
+    dear = expected > max(BUDGET, sum(spent.values()))
+    return not agreed_reason("other paths cost too much" if dear else None)
 
 
 def _changes(
@@ -192,8 +212,10 @@ def _other_paths(
 def _along(
     problem: PreparedProblem, solution: Solution, number: int, factors: dict[int, list[float]]
 ) -> Solution | None:
-    """Return the solution on another path, from a step on, or None. None of its increments may be
-    halved."""
+    """Return the solution on another path, from a step on, or None where it costs too much or does
+    not converge. None of its increments may be halved."""
+    if not is_affordable(problem, solution, sum(map(len, factors.values()))):
+        return None
     single = dict.fromkeys(range(1, len(problem.discrete.posed.steps) + 1), 1)
     discrete = problem.discrete.with_increments(single, jump=1)
     problem = replace(problem, discrete=discrete, factors=factors, halvings=0)
@@ -234,12 +256,16 @@ def _ends(
 ) -> list[float]:
     """Return the load factors at which the increments of a step end on another path.
 
-    Increments before contact begins are the same on all paths.
+    Increments before contact begins are the same on all paths; short ones are none (`PATH_ERROR`),
+    and contact is sought from where it is expected, not from an open state.
     """
     ends = [r.load_factor for r in solution.steps if r.step == step and r.cycle <= 1]
     if begins is None:
         return later([0.0, *ends])
-    before, ends = [begins] * (begins > 0.0), [begins, *(e for e in ends if e > begins + SOLVED)]
+    before, ends = (
+        [begins] * (begins > PATH_ERROR),
+        [begins, *(e for e in ends if e > begins + SOLVED)],
+    )
     auto = problem.steps[step - 1].increments == "auto"  # small enough from the first one on
     sizes = np.diff(np.sqrt(np.subtract(ends, begins)))
     k = int(np.argmax(sizes)) if len(sizes) and not auto else 0
