@@ -12,6 +12,7 @@ from petcontact import Method, Problem, solve
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.rho_rules import SelfAdaptive
 from petcontact.given.tables.base import parse
+from petcontact.pipeline.steps import path
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -188,3 +189,82 @@ def test_a_run_ends_where_the_law_holds_in_each_group():
     fixed = {"name": "projection", "rule": "fixed"}
     found = solve(parse(Problem, pressed | {"method": fixed}, "test"))
     assert found.converged and found.last.residuals["tangential"] < 1e-3
+
+
+def test_operator_robin_lands_a_disc_whose_nodes_are_above_the_floor():
+    """A small load closes the two nodes beside the lowest point. Each iteration lowered the disc as if all
+    nodes stuck: by 1e-4 of the gap."""
+    disc = parse(
+        Problem,
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "geometry": {
+                "shape": "outline",
+                "loops": [{"part": "rim", "center": [0.0, 1.0], "radius": 1.0}],
+            },
+            "mesh": {"element_size": 0.1, "order": 1},
+            "point_force": [{"at": [0.0, 1.0], "force": [0.0, -1e-6]}],
+            "obstacle": [{"name": "floor", "shape": "plane", "normal": [0.0, 1.0]}],
+            "contact": [
+                {
+                    "name": "line",
+                    "secondary": "rim",
+                    "primary": "floor",
+                    "direction": [0.0, -1.0],
+                    "friction_coefficient": 0.2,
+                }
+            ],
+        },
+        "test",
+    )
+    solution = solve(disc, method="operator-robin")
+    assert solution.converged, solution.reason
+    assert np.abs(solution.pairs["line"].force - [0.0, 1e-6]).max() < 1e-12
+
+
+def test_a_block_that_nothing_touches_yet_stays_where_it_is():
+    """Nothing took back a motion along the floor that the first steps of the projection had left."""
+    block = parse(
+        Problem,
+        {
+            "material": MATERIAL,
+            "geometry": FLAT,
+            "mesh": {"element_size": 0.8},
+            "method": METHODS[2],
+            "boundary": [
+                {"part": "bottom", "condition": "contact", "gap": 0.02, **COULOMB},
+                {"part": "top", "condition": "displacement", "value": ["free", -0.01]},
+                *(
+                    {"part": p, "condition": "traction", "value": [0.0, 0.0]}
+                    for p in ("left", "right")
+                ),
+            ],
+        },
+        "test",
+    )
+    solution = solve(block)
+    assert solution.converged, solution.reason
+    assert np.abs(solution.u[:, 0]).max() < 1e-9
+
+
+def test_a_method_follows_the_increments_that_newton_needed(monkeypatch):
+    """The adaptive solve compares both methods. On equal increments another method was further away from
+    Newton's, which grow with the contact, than the accuracy allows."""
+    monkeypatch.setattr(path, "UNNAMED", 16)
+    table = {
+        "material": {"young_modulus": 2.0763, "poisson_ratio": 0.2292},
+        "geometry": {**FLAT, "upper_right": [2.4491, 1.272]},
+        "boundary": [
+            {"part": "bottom", "condition": "contact", "gap": "0.0037*x**2"}
+            | {"normal": "unilateral", "friction_coefficient": 0.7918, "friction_bound": 0.0099},
+            {"part": "top", "condition": "displacement", "value": ["free", -0.0137]},
+            *({"part": p, "condition": "traction", "value": [0.0, 0.0]} for p in ("left", "right")),
+        ],
+        "step": [
+            {},
+            {"increments": 2, "boundary": [{"part": "top", "value": [0.0068, "hold"]}]},
+        ],
+    }
+    solution = solve(parse(Problem, table, "test"), method="operator-robin")
+    assert solution.converged, solution.reason
+    assert solution.accuracy.error < 0.5e-2

@@ -141,15 +141,14 @@ class _Run:
         self.unheld = False
 
     def at_rest(self) -> ContactState | None:
-        """Return the state without motion if nothing is loaded and nothing touches, else None.
+        """Return the state without motion if it is a solution, else None.
 
         It has the smallest motion of all solutions for bodies that contact holds.
         """
-        modes, v = self.system.modes, self.system.u_0
-        sigma = np.zeros_like(v)
-        if modes is None or modes.load.any() or law_residual(self.law, v, sigma, 1.0).any():
+        v, modes = self.system.u_0, self.system.modes
+        if modes is None or not lies_free(self.system, self.law):
             return None
-        still = np.zeros(len(modes.load))
+        sigma, still = np.zeros_like(v), np.zeros(len(modes.load))
         return self._judged(
             Pivot(sigma, v, still, Linearisation.from_law(self.law, v), v, 0, still), sigma, v
         )
@@ -231,11 +230,12 @@ class _Run:
                 step, pushed, against = pushed, None, True
             # nodes are made to stick or to close so often because the loads are not in
             # equilibrium
-            touched = None if tries > 3 or self._overloaded else self._touching(step, against)
+            lost = tries > 3 or self._overloaded
+            touched = None if lost else touching(self.system, self.law, step, against=against)
             if touched is None:
                 self.unheld = not against
-                lost = "no equilibrium: the loads move a body that contact does not hold"
-                return self._failed(state, self.ended if against else lost)
+                why = "no equilibrium: the loads move a body that contact does not hold"
+                return self._failed(state, self.ended if against else why)
             tau, sigma, v, alpha = touched, step.sigma, step.v, step.alpha
 
     def _failed(self, state: ContactState, why: str) -> ContactState:
@@ -258,45 +258,6 @@ class _Run:
             alpha=alpha,
             predict=self.foretell,
         )
-
-    def _touching(self, step: Pivot, against: bool) -> Array | None:
-        """Return τ after a motion along the push of the loads, or against it, or None.
-
-        The motion ends where friction that reverses or nodes that close stop it. With constant
-        pressures the unbalanced load falls along the motion, and grows against it. But the
-        pressures follow the shear: if a body tips rather than slides, it is the other way round.
-        """
-        law, modes, v, sigma = self.law, self.system.modes, step.v, step.sigma
-        assert modes is not None
-        along = modes.motion @ step.push
-        moved = np.abs(along) > WRITTEN * np.abs(along).max(initial=0.0)
-        if not moved.any():
-            return None
-        far = 2.0 * float((np.abs(v[moved]) / np.abs(along[moved])).max())
-        # where nothing touches yet, what the loads ask of all nodes together
-        held = float(step.push @ step.push) / float(
-            np.abs(np.tensordot(step.push, modes.resultant, 1)).sum()
-        )
-        # ρ|v| is 1e4 |σ|: contact stops a free motion, and slip turns where it vanishes
-        rho = (
-            1e4
-            * max(held, float(np.abs(sigma).max(initial=0.0)))
-            / (float(np.abs(v).max(initial=0.0)) or 1.0)
-        )
-
-        def tau(way: float) -> Array:
-            return np.asarray(rho * (v + way * along) - sigma)
-
-        def left(way: float) -> float:
-            return float(step.push @ modes.unbalanced(-law.project(tau(way))))
-
-        now = left(0.0)
-        wanted, end = (2.0 * now, -far) if against else (0.0, far)
-        if now <= 0.0:
-            return tau(0.0)
-        if not (left(end) - wanted) * (now - wanted) < 0.0:
-            return None
-        return tau(scipy.optimize.brentq(lambda way: left(way) - wanted, 0.0, end))
 
     def _judged(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
         """Record and judge a step; return its state."""
@@ -332,3 +293,52 @@ class _Run:
         state.alpha = step.alpha
         state.direct = getattr(self.solver, "direct", None) is not None
         return state
+
+
+def lies_free(system: ContactSystem, law: ContactLaw) -> bool:
+    """Return whether no load acts along a rigid motion, and nothing touches without motion."""
+    v, modes = system.u_0, system.modes
+    idle = modes is not None and not modes.load.any()
+    return idle and not law_residual(law, v, np.zeros_like(v), 1.0).any()
+
+
+def touching(
+    system: ContactSystem, law: ContactLaw, step: Pivot, *, against: bool = False
+) -> Array | None:
+    """Return τ after a motion along the push of the loads, or against it, or None.
+
+    The motion ends where friction that reverses or nodes that close stop it. With constant
+    pressures the unbalanced load falls along the motion, and grows against it. But the
+    pressures follow the shear: if a body tips rather than slides, it is the other way round.
+    """
+    modes, v, sigma = system.modes, step.v, step.sigma
+    assert modes is not None
+    along = modes.motion @ step.push
+    moved = np.abs(along) > WRITTEN * np.abs(along).max(initial=0.0)
+    if not moved.any():
+        return None
+    far = 2.0 * float((np.abs(v[moved]) / np.abs(along[moved])).max())
+    # where nothing touches yet, what the loads ask of all nodes together
+    held = float(step.push @ step.push) / float(
+        np.abs(np.tensordot(step.push, modes.resultant, 1)).sum()
+    )
+    # ρ|v| is 1e4 |σ|: contact stops a free motion, and slip turns where it vanishes
+    rho = (
+        1e4
+        * max(held, float(np.abs(sigma).max(initial=0.0)))
+        / (float(np.abs(v).max(initial=0.0)) or 1.0)
+    )
+
+    def tau(way: float) -> Array:
+        return np.asarray(rho * (v + way * along) - sigma)
+
+    def left(way: float) -> float:
+        return float(step.push @ modes.unbalanced(-law.project(tau(way))))
+
+    now = left(0.0)
+    wanted, end = (2.0 * now, -far) if against else (0.0, far)
+    if now <= 0.0:
+        return tau(0.0)
+    if not (left(end) - wanted) * (now - wanted) < 0.0:
+        return None
+    return tau(scipy.optimize.brentq(lambda way: left(way) - wanted, 0.0, end))

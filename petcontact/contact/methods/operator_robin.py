@@ -2,9 +2,10 @@
 
 The number of iterations is the same on every mesh. If T is spectrally equivalent to S, the rate of
 the step (T + S) δσ = -ω T(σ - q) does not depend on h. Here q is the projection of σ - T⁻¹v onto
-the tractions that the law allows, in the metric of T. This is the contact problem of T through (σ,
-v), which needs no elastic solve. The method is relaxed Douglas-Rachford splitting in the inner
-product of T. It converges for 0 < ω < 2 if the law has a potential.
+the tractions that the law allows and that are in equilibrium, in the metric of T. This is the
+contact problem of T through (σ, v), which needs no elastic solve. Its rigid motions are added to v:
+the step alone would move a body as if all its nodes stuck. The method is relaxed Douglas-Rachford
+splitting in the inner product of T. It converges for 0 < ω < 2 if the law has a potential.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from ...arrays import Array
 from ...errors import InputError
 from ...given.tables.solver_options import Method
 from ...record import record
-from ..active_set.pivots import box_problem
+from ..active_set.pivots import Pivot, box_problem
 from ..active_set.solvers import (
     DenseActiveSetSolver,
     KrylovActiveSetSolver,
@@ -26,6 +27,7 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
+from .newton import touching
 from .prediction import first_guess
 from .settling import settled
 from .starts import stuck_everywhere
@@ -71,12 +73,23 @@ class OperatorRobin:
         try:
             while not recorder.exhausted:
                 # friction that turns or grows with p need not come to an end
-                step = box_problem(
-                    inner, law, v - surrogate.apply(sigma), tau, sigma, iteration.max_iterations
+                step = _through(
+                    inner,
+                    system,
+                    law,
+                    v - surrogate.apply(sigma),
+                    tau,
+                    sigma,
+                    iteration.max_iterations,
                 )
                 tau, old = step.linearised.tau, (v, sigma)
                 dsigma, dv = _change(
-                    solver, -self.omega * surrogate.apply(sigma - step.sigma), stuck, system, sigma
+                    solver,
+                    -self.omega * surrogate.apply(sigma - step.sigma),
+                    stuck,
+                    system,
+                    sigma,
+                    step.alpha,
                 )
                 sigma, v = sigma + dsigma, v + dv
                 change, _ = recorder.step(
@@ -104,14 +117,34 @@ def build(options: Method, rule: Rule | None) -> OperatorRobin:
     return OperatorRobin(options.omega)
 
 
+def _through(
+    inner: SurrogateActiveSetSolver,
+    system: ContactSystem,
+    law: ContactLaw,
+    base: Array,
+    tau: Array,
+    sigma: Array,
+    limit: int,
+) -> Pivot:
+    """Return the last step of T's contact problem through (σ, v), with rigid motions.
+
+    Bodies that lose contact there are moved to where they touch.
+    """
+    step = box_problem(inner, law, base, tau, sigma, limit, modes=system.modes)
+    if not step.push.any() or (near := touching(system, law, step)) is None:
+        return step
+    return box_problem(inner, law, base, near, sigma, limit, modes=system.modes)
+
+
 def _change(
     solver: DenseActiveSetSolver | KrylovActiveSetSolver,
     r: Array,
     stuck: Linearisation,
     system: ContactSystem,
     sigma: Array,
+    alpha: Array,
 ) -> tuple[Array, Array]:
-    """δσ and δv of (T + S) δσ + M δα = r."""
+    """δσ and δv of (T + S) δσ + M δα = r, and of the rigid motions α of T's problem."""
     dsigma, dalpha = solver.sum_solve(r, stuck, system.modes, sigma)
     dv = solver.apply(dsigma)
-    return dsigma, dv if system.modes is None else dv + system.modes.motion @ dalpha
+    return dsigma, dv if system.modes is None else dv + system.modes.motion @ (alpha + dalpha)

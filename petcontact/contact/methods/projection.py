@@ -17,6 +17,7 @@ from ..law_protocol import ContactLaw, bound_excess, law_residual
 from ..rho_rules import Rule, begun, make_rule
 from ..state import ContactState, Start
 from ..system import ContactSystem
+from .newton import SemismoothNewton, lies_free
 from .settling import settled
 
 STALLED = 60
@@ -52,12 +53,16 @@ class Projection:
 
         A run from the given ρ_0 that stalls or overflows is begun anew with a balanced one: c_k is
         used up on the way to it, and a body that only contact holds has been moved by load/ρ_0.
+        Where a body lies free, nothing would take such a motion back: it stays at rest.
 
         Raises
         ------
         SolverError
             If an iterate or the rule's ρ is not finite, or ρ is not positive.
         """
+        start = iteration.start
+        if (start is None or not start[1].any()) and lies_free(system, law):
+            return SemismoothNewton(predict=False)(system, law, iteration)
         recorder = Recorder(law, system, iteration)
         if self.rho is not None and (iteration.rho is None or np.all(iteration.rho == self.rho)):
             with contextlib.suppress(SolverError):

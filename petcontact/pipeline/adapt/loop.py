@@ -39,6 +39,7 @@ from ..pose.body_parts import check_parts
 from ..run import described, prepare, reported, run, with_report
 from ..steps.increment import Monitor
 from ..steps.start import NAMES
+from ..steps.step_loop import ends_for_others
 from .budget import Callbacks, Reached, says_something, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
@@ -327,7 +328,8 @@ def _adapted(
     )
     estimate, broken_off = work.estimate, work.broken_off
     if own and not broken_off and solution.converged and estimate is not None:
-        exact, how = solution, (estimate.tried, comm, method, rule, callbacks[0])
+        exact = solution
+        how = estimate.tried, ends_for_others(exact), comm, method, rule, callbacks[0]
         changes: dict[str, Any] = {"method": problem.method, "step": problem.step}
         solution = _by_its_method(changes, *how)
         if solution.converged:
@@ -353,16 +355,18 @@ def _adapted(
 def _by_its_method(
     changes: Mapping[str, Any],
     tried: Tried[Any],
+    factors: dict[int, list[float]],
     comm: Comm,
     method: GivenMethod | None,
     rule: Rule | None,
     monitor: Monitor | None,
 ) -> Solution:
-    """Solve on the last mesh, whose operators have the tolerance that was found there."""
+    """Solve on the last mesh, with increments that end where Newton's did: another path would be
+    another problem. Operators have the tolerance that was found there."""
     last = replace(tried.discrete, problem=tried.discrete.problem.model_copy(update=changes))
     prepared = prepare(last.problem, comm, last, method=method, rule=rule)
     try:
-        return run(prepared, monitor=monitor)
+        return run(replace(prepared, factors=factors), monitor=monitor)
     finally:
         prepared.close()
 
