@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, touching
+from shapes import closing, drawn, elastic, moved, outline, problem, rectangle, solid, touching
 
 from petcontact import solve
 
@@ -111,3 +111,28 @@ def test_a_plate_that_bends_by_more_than_half_its_thickness_is_warned_of(pressur
         )
     )
     assert any("of its thickness" in warning for warning in solution.warnings) == told
+
+
+@pytest.mark.parametrize("is_round", [True, False])
+def test_a_contact_that_ends_where_its_surface_goes_on(is_round):
+    """A floor under one half of a round bottom; under one half of a flat one it may end."""
+    round_one = {"top": [-1, 0], "free": [0, -1, 1], "under": [1, 0, 1]}
+    flat = {"top": [-1, 0], "left": [-1, -1], "free": [0, -1], "under": [1, -1], "right": [1, 0]}
+    sides = round_one if is_round else flat
+    law = {"normal": "unilateral", "gap": "y + 1" if is_round else 0.0}
+    solution = solve(
+        problem(
+            material=elastic(1.0, 0.3),
+            geometry=outline(**sides),
+            mesh={"element_size": 0.05},
+            boundary=[
+                moved("top", [0, -0.02]),
+                closing("under", **law),
+                *(drawn(part, [0, 0]) for part in sides if part not in ("top", "under")),
+            ],
+        )
+    )
+    said = " ".join(solution.verdict().split())
+    assert solution.converged
+    words = "ends where 'under' does, but the surface goes on smoothly as 'free' without contact"
+    assert (words in said) == ('secondary = ["under", "free"]' in said) == is_round

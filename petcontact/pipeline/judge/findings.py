@@ -105,6 +105,7 @@ KINDS = {
     "tiny strain": Kind("warning", 5e-9),
     "friction coefficient": Kind("warning", 2.0),
     "closed gap": Kind("warning"),
+    "cut off": Kind("warning"),
     "empty step": Kind("warning"),
     # share of given data between the nodes; constant elements miss 16 % of a sine at ten elements
     # a period

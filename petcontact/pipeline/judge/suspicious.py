@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ...arrays import Array, States
+from ...compliance.interface import Interface
 from ...contact.law_protocol import OPEN
-from ...errors import the_body
+from ...errors import ONE_BODY, the_body
+from ...given.conditions import Traction
+from ...given.interface_data import PosedInterface
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...refinement.panels.edges import SMOOTH
 from ...results.records import StepResult, step_ends
 from ...results.report import Finding
 from ...results.solution import Solution
-from ...round_off import SOLVED
+from ...results.strength.corners import corners_of
+from ...round_off import SINGLE, SOLVED
 from ..pose.discretise import Discrete
 from .findings import limit_of, new_finding
 from .thickness import SHARE
@@ -27,6 +34,7 @@ def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
         *_planes(discrete),
         *_gaps(discrete),
         *_empty(step_ends(solution.steps)),
+        *_cut_off(discrete, step_ends(solution.steps)),
     ]
 
 
@@ -153,3 +161,70 @@ def _empty(steps: Sequence[StepResult]) -> list[Finding]:
         )
         for step in found
     ]
+
+
+def _cut_off(discrete: Discrete, steps: Sequence[StepResult]) -> Iterator[Finding]:
+    """Find contacts that are closed up to the end of their part, where the surface goes on
+    smoothly, and the other side does, too.
+
+    Of a constant gap the end of the part is where a punch ends. What lies beyond is a part without
+    contact and without given displacements.
+    """
+    for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        element = discrete.meshes[side.body].element[interface.nodes]
+        loose = [np.bincount(element, step.pairs[side.name].state == OPEN) for step in steps]
+        closed = {e for e in element.tolist() if any(not count[e] for count in loose)}
+        owner = discrete.posed.bodies[side.body].name
+        for beyond in _beyond(discrete, side, interface, closed):
+            own, other = (
+                part if owner == ONE_BODY else f"{owner}.{part}" for part in (side.part, beyond)
+            )
+            yield new_finding(
+                "cut off",
+                f"its contact ends where {own!r} does, but the surface goes on smoothly as "
+                f"{other!r} without contact",
+                f"pair {side.name!r}",
+                advice="give both one name, or take both as one contact: "
+                f'secondary = ["{own}", "{other}"]',
+            )
+
+
+def _beyond(
+    discrete: Discrete, side: PosedInterface, interface: Interface, closed: set[int]
+) -> list[str]:
+    """Return the parts without contact as which a secondary goes on beside closed elements."""
+    gap, mesh = interface.gap[np.isfinite(interface.gap)], discrete.meshes[side.body]
+    size = float(np.ptp(mesh.x, axis=0).max())
+    if side.law.normal != "unilateral" or not len(gap) or np.ptp(gap) <= SINGLE * size:
+        return []
+    found = {
+        mesh.part_names[mesh.part[other]]
+        for x, one, other, along in _smooth_ends(mesh)
+        if one in closed and _goes_on(discrete, interface, x, along)
+    }
+    return [part for part in sorted(found) if _is_free(discrete, side.body, part)]
+
+
+def _is_free(discrete: Discrete, number: int, part: str) -> bool:
+    """Return whether a part of a body has neither contact nor given displacements."""
+    ends = {end for side in discrete.sides for end in side.ends}
+    given = [each.get(part) for each in discrete.posed.bodies[number].conditions]
+    return (number, part) not in ends and all(isinstance(each, Traction | None) for each in given)
+
+
+def _smooth_ends(mesh: BoundaryMesh) -> Iterator[tuple[Array, int, int, Array]]:
+    """Yield where one part goes on smoothly as another one: the place (d,), the last element, the
+    first one of the other part, and the unit vector (d,) along that."""
+    corners = mesh.once("corners", lambda: corners_of(mesh))
+    for k in np.flatnonzero(np.abs(corners.angle - math.pi) < SMOOTH).tolist():
+        for one in (0, 1):
+            own, other = corners.element[k, one], corners.element[k, 1 - one]
+            yield corners.x[k], int(own), int(other), corners.along[k, 1 - one]
+
+
+def _goes_on(discrete: Discrete, interface: Interface, x: Array, along: Array) -> bool:
+    """Return whether the primary of an interface reaches beyond a point along a unit vector."""
+    if interface.primary is None:
+        return True
+    opposite = discrete.meshes[interface.primary].x[interface.primary_nodes]
+    return bool(((opposite - x) @ along).max() > SINGLE * np.ptp(opposite, axis=0).max())
