@@ -136,3 +136,16 @@ def test_a_contact_that_ends_where_its_surface_goes_on(is_round):
     assert solution.converged
     words = "ends where 'under' does, but the surface goes on smoothly as 'free' without contact"
     assert (words in said) == ('secondary = ["under", "free"]' in said) == is_round
+
+
+def test_a_given_gap_that_jumps_within_an_element_is_no_overlap():
+    """The polynomial through its values at nodes of order 3 falls far below 0."""
+    block = solid(
+        "block",
+        rectangle([-2.0, -2.0], [2.0, 0.0]),
+        moved("bottom", [0.0, 0.0]),
+        mesh={"element_size": 0.5, "order": 3},
+    )
+    tool = {"name": "tool", "displacement": [0.0, "free"], "force": [0.0, -1.0]}
+    pair = touching("pair", "block.top", "tool", gap="where(abs(x - 0.1) <= 0.3, x**2, 1e3)")
+    assert solve(problem(body=[block], obstacle=[tool], contact=[pair])).converged

@@ -159,7 +159,8 @@ def contact_interface(
     tangent = mesh.slip_directions(normal)
     return (
         Interface(side.name, side.body, nodes, normal, tangent, gap, **opposite),
-        _smallest(mesh, nodes, gap),
+        # what is given may jump within an element
+        _smallest(mesh, nodes, gap) if law.gap is None else float(gap.min(initial=np.inf)),
         list(_findings(side, mesh, facing, np.isfinite(gap))),
     )
 
