@@ -25,7 +25,7 @@ from ..judge.first_panels import lowest_between, overlapping_sides, unseen_panel
 from ..steps.prepared import PreparedProblem
 from ..steps.start import carried_over, start_within
 from .banded import Bands
-from .budget import budget_of
+from .budget import budget_of, says_something
 from .cut_panels import PanelCuts, Seen
 from .first_mesh import FirstMeshes
 from .long_contacts import LaidBands
@@ -228,7 +228,10 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
             return [] if refused else made
 
         on_both = functools.partial(completed, faces=self._bands.faces)
-        made, bands = self._bands.next(marks.bands, solution, self._first.plain, on_both)
+        laid = marks.bands
+        if not says_something(marks.error):  # first bands show where the next ones lie
+            laid = replace(laid, first=0)
+        made, bands = self._bands.next(laid, solution, self._first.plain, on_both)
         marks = replace(marks, bands=bands)
         if made or (bands.lines and refused):  # halving such panels costs more than a band
             return marks, made, "" if made else refused
