@@ -55,8 +55,10 @@ def step_result(
     elastic, unbalanced = (
         _elastic_residuals(increment, outcome, after, fields, moved) if checked else (0.0, 0.0)
     )
-    tolerance = max([problem.needed, *(body.tolerance for body in system.bodies)])
-    limit = max(limit_of("elastic residual"), BLOCKS * tolerance)
+    limit = max(
+        limit_of("elastic residual"),
+        BLOCKS * max([problem.needed, *(body.tolerance for body in system.bodies)]),
+    )
     tangential, *normal = natural_residuals(
         increment.law, increment.system, outcome.v, outcome.sigma, system.slices
     )
