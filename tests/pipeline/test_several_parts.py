@@ -8,6 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from shapes import problem, solid, touching
 
 from petcontact import (
     Body,
@@ -189,3 +190,31 @@ def test_a_node_stands_once_in_the_contact_of_a_body_on_several_tools(tmp_path: 
     assert contact["weight"].sum() == pytest.approx(4.0)
     assert -contact["weight"] @ contact["sigma_n"] == pytest.approx(4.0)
     assert solution.columns()["pair"].tolist().count("seat: right on bottom") > 0
+
+
+def test_two_contacts_may_share_a_part() -> None:
+    """A disc between two plates, with one part that lies in both contacts, as with a part for each.
+
+    Where both hold a node its tractions are not unique."""
+    forces = list[float]()
+    for left in ("left", "left"), ("below", "above"):
+        loop = [
+            {"part": part, "to": to, "radius": 1.0}
+            for part, to in (
+                (left[1], [-1.0, 0.0]),
+                (left[0], [0.0, -1.0]),
+                ("lower", [1.0, 0.0]),
+                ("upper", [0.0, 1.0]),
+            )
+        ]
+        disc = solid("disc", {"shape": "outline", "loops": [loop]})
+        floor = touching("floor", "disc.lower", "floor", gap="y + 1", direction=[0.0, -1.0])
+        lid = touching("lid", "disc.upper", "lid", gap="1 - y", direction=[0.0, 1.0])
+        for pair, own in zip((floor, lid), left, strict=True):
+            pair["secondary"] = [pair["secondary"], f"disc.{own}"]
+        tools = [{"name": "floor"}, {"name": "lid", "displacement": [0.0, -0.05]}]
+        found = solve(problem(body=[disc], obstacle=tools, contact=[floor, lid]))
+        assert found.converged
+        pairs = [pair for name, pair in found.pairs.items() if name.startswith("floor")]
+        forces.append(sum(float(pair.weight @ pair.pressure) for pair in pairs))
+    assert forces[0] == pytest.approx(forces[1], rel=1e-5)

@@ -171,11 +171,14 @@ class _Complementarity:
 
     def solution(self, matrix: Array, v_0: Array, root: Array) -> tuple[Array, Mask] | None:
         """Return y with v = v_0 + matrix y, and which nodes slip (m,), or None if the pivots
-        fail."""
+        fail or tractions at held nodes are not unique."""
         spread, held, given = self._spread(len(root)), self._held, root * self._given.ravel()
         inner = np.column_stack([matrix @ spread, v_0 + matrix @ given])
         of_held = matrix @ self._columns
-        at_held = np.linalg.solve(of_held[held], inner[held])
+        try:
+            at_held = np.linalg.solve(of_held[held], inner[held])
+        except np.linalg.LinAlgError:  # two contacts may hold one node
+            return None
         inner -= of_held @ at_held
         both = spread.T @ inner
         # scale the unknowns by the stiffness that the held nodes leave
