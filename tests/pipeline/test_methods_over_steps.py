@@ -268,3 +268,31 @@ def test_a_method_follows_the_increments_that_newton_needed(monkeypatch):
     solution = solve(parse(Problem, table, "test"), method="operator-robin")
     assert solution.converged, solution.reason
     assert solution.accuracy.error < 0.5e-2
+
+
+def test_operator_robin_slips_along_two_tangents():
+    """Full exchanges on the disks of friction, where no node is wrong, went to and fro without end in T's
+    problem, and the iteration diverged."""
+    plate = {
+        "symmetry": "axial",
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "geometry": {"shape": "rectangle", "lower_left": [0.0, -2.0], "upper_right": [3.0, 0.0]},
+        "mesh": {"element_size": 0.1},
+        "boundary": [
+            {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]},
+            {"part": "right", "condition": "traction", "value": [0.0, 0.0, 0.0]},
+        ],
+        "obstacle": [
+            {"name": "ball", "displacement": [0.0, -0.01, 0.0], "rotation": 0.0268}
+            | {"shape": "sphere", "centre": [0.0, 2.0], "radius": 2.0}
+        ],
+        "contact": [
+            {"name": "line", "secondary": "top", "primary": "ball", "direction": [0.0, 1.0]}
+            | {"friction_coefficient": 0.05}
+        ],
+    }
+    newton, other = (
+        solve(parse(Problem, plate, "test"), method=name)
+        for name in ("semismooth-newton", "operator-robin")
+    )
+    assert_numbers_of(newton, other)

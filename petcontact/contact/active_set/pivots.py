@@ -165,7 +165,7 @@ def pivots(
             seen_sets.clear()
         else:
             patience -= 1
-        if patience > 0 or len(wrong) == 0:
+        if patience > 0:
             tau, sigma = (revised, sigma) if predict is None else predict(step)
         elif search is None or search.goes_on:
             search = search or LineSearch(law, base, modes)
