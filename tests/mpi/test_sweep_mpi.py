@@ -177,8 +177,11 @@ def test_a_rank_that_cannot_write_ends_the_job(tmp_path):
     done = raising("write", TABLES, "-o", tmp_path)
     assert done.returncode != 0
     assert "cannot be written (disk full)" in done.stderr
-    kept = rows(tmp_path)
-    assert 0 < len(kept) < 128 and all(load_case(tmp_path, id_).converged for id_ in kept)
+    ended = rows(tmp_path)
+    # once in about 50 runs the end of the job met a case, which counts as failed and is solved again
+    kept = [id_ for id_, row in ended.items() if row["status"] != "failed"]
+    assert 0 < len(kept) <= len(ended) < 128 and len(ended) - len(kept) <= 1, ended
+    assert all(load_case(tmp_path, id_).converged for id_ in kept)
 
 
 def test_a_rank_that_leaves_its_team_in_the_middle_of_a_solve_ends_the_job(tmp_path):
