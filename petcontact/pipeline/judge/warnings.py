@@ -116,13 +116,12 @@ def rolls(
 
     A disc that turns rolls on: in truth its contact stays below its centre. The model applies
     forces at undeformed points, so that the contact moves along with the disc. Its arm then rights
-    the disc even where nothing else would. What touches and carries nothing rights no disc: nothing
-    decides how a roller without load turns.
+    the disc even where nothing else would.
     """
     turned = dict[str, float]()
     for posed, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         pair = pairs[interface.name]
-        closed = (pair.state != OPEN) & (pair.size > discrete.posed.idle_traction)
+        closed = pair.state != OPEN
         if interface.held or posed.law.normal == "bonded" or not closed.any():
             continue
         points = pair.x[closed]
