@@ -332,9 +332,9 @@ def _connected(
     sides: Sequence[PosedInterface], shared: Callable[[PosedInterface], set[Hashable]]
 ) -> list[list[PosedInterface]]:
     """Return groups of interfaces that share nothing with others."""
-    groups = list[list[PosedInterface]]()
+    groups, keys = list[list[PosedInterface]](), {side.name: shared(side) for side in sides}
     for side in sides:
-        shares = [any(shared(side) & shared(other) for other in group) for group in groups]
+        shares = [any(keys[side.name] & keys[each.name] for each in group) for group in groups]
         own = [other for group, near in zip(groups, shares, strict=True) if near for other in group]
         apart = [group for group, near in zip(groups, shares, strict=True) if not near]
         groups = [*apart, [*own, side]]

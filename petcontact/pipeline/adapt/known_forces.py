@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import Array
+from ...bem.boundary_data import BoundaryData
 from ...geometry.charts import chart_of
 from ...geometry.rotation import SPACE
 from ...given.interface_data import PosedInterface
@@ -86,9 +87,10 @@ def of_body(
     if number in passed_by:
         return None
     mesh, body = meshes[number], posed.bodies[number]
-    if is_held(posed, number, mesh, way):
+    data = boundary_data(body, mesh, ())
+    if _holds(data, way):
         return None
-    (data,), _ = with_volume_loads((body,), [mesh], [boundary_data(body, mesh, ())], None)
+    (data,), _ = with_volume_loads((body,), [mesh], [data], None)
     load = data.known_traction - (0.0 if data.volume is None else data.volume[2])
     result = (np.einsum("n,knd->kd", mesh.weight, load) + data.force.sum(axis=1))[1:] @ way
     for other in posed.interfaces:
@@ -106,5 +108,8 @@ def of_body(
 
 def is_held(posed: Posed, number: int, mesh: SurfaceMesh, way: Array) -> bool:
     """Return whether conditions hold a body along a way."""
-    data = boundary_data(posed.bodies[number], mesh, ())
+    return _holds(boundary_data(posed.bodies[number], mesh, ()), way)
+
+
+def _holds(data: BoundaryData, way: Array) -> bool:
     return bool(np.any((np.abs(data.frame @ way) > SLIGHT) & ~data.traction_known))
