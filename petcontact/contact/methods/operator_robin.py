@@ -27,7 +27,7 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
-from .newton import touching
+from .free_motions import touching
 from .prediction import first_guess
 from .settling import settled
 from .starts import stuck_everywhere

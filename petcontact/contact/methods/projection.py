@@ -17,7 +17,8 @@ from ..law_protocol import ContactLaw, bound_excess, law_residual
 from ..rho_rules import Rule, begun, make_rule
 from ..state import ContactState, Start
 from ..system import ContactSystem
-from .newton import SemismoothNewton, lies_free
+from .free_motions import lies_free
+from .newton import SemismoothNewton
 from .settling import settled
 
 STALLED = 60
