@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 import json
 import tomllib
-from collections.abc import Iterable, Mapping, MutableMapping
+from collections.abc import Callable, Iterable, Mapping, MutableMapping
 from pathlib import Path
 
 import h5py
@@ -44,6 +44,8 @@ MEASURES = ("equilibrium", "elimination", "overlap", "between", "displaced")
 """What else an increment is judged by, attributes only."""
 STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Fields of an interface that no increment changes; they are stored once, under several names."""
+OF_BODIES = ("x", "normal", "weight", "part")
+"""Such fields of a body."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
 ERRORS = ("pressure_error", "sigma_t_error")
 MAY_BE = ("wear", "primary")
@@ -114,11 +116,11 @@ def write_group(group: Group, solution: SolutionData, *, numbers: bool = True) -
         place = _ordered(group, f"pairs/{name}")
         place.attrs.update(zip(("body", "part"), solution.sides[name], strict=True))
         _put(place, {"nodes": nodes, **_values(solution.last.pairs[name], STILL)})
-    steps = group.create_group("steps")
+    steps, still = group.create_group("steps"), functools.cache(functools.partial(_still, group))
     for k, step in enumerate(solution.steps, 1):
-        _write_step(group, steps.create_group(f"{k}"), solution, step)
+        _write_step(steps.create_group(f"{k}"), solution, step, still)
     if solution.failed is not None:
-        _write_step(group, group.create_group("failed"), solution, solution.failed)
+        _write_step(group.create_group("failed"), solution, solution.failed, still)
     _write_tables(group, solution.tried)
     write_findings(group, solution.findings)
     if numbers and solution.numbers:
@@ -144,7 +146,9 @@ def write_group(group: Group, solution: SolutionData, *, numbers: bool = True) -
     )
     if len(solution.meshes) == 1:
         _write_one_body(group, solution)
-    group.visititems(lambda path, item: describe(item, path, solution.problem.units))
+    describe = functools.partial(_describe, group.id, solution.problem.units)
+    # without h5py's own objects, which take longer than what is written
+    h5py.h5o.visit(group.id, lambda path: describe(path.decode()))
 
 
 def _ordered(group: Group, path: str) -> Group:
@@ -198,7 +202,17 @@ def _write_tables(group: Group, steps: list[StepResult]) -> None:
     rows["exchanged"] = np.array([count for row in exchanged for count in row], dtype=int)
 
 
-def _write_step(group: Group, place: Group, solution: SolutionData, step: StepResult) -> None:
+def _still(group: Group, place: str, keys: tuple[str, ...]) -> Keyed:
+    """Return datasets of a folder, each of which gets a second name by being stored again."""
+    return {key: group[f"{place}/{key}"] for key in keys}
+
+
+def _write_step(
+    place: Group,
+    solution: SolutionData,
+    step: StepResult,
+    still: Callable[[str, tuple[str, ...]], Keyed],
+) -> None:
     facts = {
         "name": step.name,
         "step": step.step,
@@ -219,17 +233,16 @@ def _write_step(group: Group, place: Group, solution: SolutionData, step: StepRe
     place["alpha"] = step.alpha
     for name, pair in step.pairs.items():
         folder = _ordered(place, f"contact/{name}")
-        still = {key: group[f"pairs/{name}/{key}"] for key in STILL}
-        _put(folder, still | _values(pair, (*MOVING, *ERRORS, *MAY_BE)))
+        changed = _values(pair, (*MOVING, *ERRORS, *MAY_BE))
+        _put(folder, still(f"pairs/{name}", STILL) | changed)
         worn = ("worn_volume", "worn_depth") if pair.wear is not None else ()
         _put(folder.attrs, _values(pair, (*RESULTANTS, "area", "imbalance", *worn)))
     _write_joined(place, solution, step)
     for name, body in step.bodies.items():
-        still = {key: group[f"bodies/{name}/{key}"] for key in ("x", "normal", "weight", "part")}
         inside = solution.body_fields(name, step).known
         stress = solution.stress_on_boundary(name, step) if inside else None
         fields = {"u": body.u, "traction": body.traction, "stress": stress}
-        _put(_ordered(place, f"body/{name}"), still | fields)
+        _put(_ordered(place, f"body/{name}"), still(f"bodies/{name}", OF_BODIES) | fields)
     for name, obstacle in step.obstacles.items():
         _put(_ordered(place, f"obstacle/{name}").attrs, _values(obstacle, PLACES))
 
@@ -276,20 +289,19 @@ def _contact(solution: SolutionData) -> Keyed:
     return fields
 
 
-def describe(item: object, path: str, units: Units) -> None:
+def _describe(group: h5py.h5g.GroupID, units: Units, path: str) -> None:
     """Write the attributes `unit` and `description` of a dataset.
 
     The unit has the user's name if the problem gives one.
     """
     *_, folder, name = f"/{path}".split("/")
     entry = FIELDS.get(f"{folder}/{name}") or FIELDS.get(name)
-    if entry and isinstance(item, h5py.Dataset):
+    item = h5py.h5o.open(group, path.encode()) if entry else None
+    if entry and isinstance(item, h5py.h5d.DatasetID):
         unit, meaning = entry
         names = {"length": units.length, "stress": units.stress, "stress/length": units.stiffness}
         for key, text in (("unit", names.get(unit) or unit), ("description", meaning)):
-            # half of the time of writing a small result, by h5py's own attrs, which are ready to
-            # replace one
-            made = h5py.h5a.create(item.id, key.encode(), TEXT, h5py.h5s.create(h5py.h5s.SCALAR))
+            made = h5py.h5a.create(item, key.encode(), TEXT, h5py.h5s.create(h5py.h5s.SCALAR))
             made.write(np.array(text, dtype=h5py.string_dtype()))
 
 

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Index, Mask, largest_by, scattered, smallest_by
 from ...fields.boundary.places import located, sizes
@@ -21,7 +20,7 @@ from ...record import record
 from ..evaluated import Evaluated
 from ..strength.corners import corners_of
 from ..strength.singular_places import singular_places
-from ..strength.strengths import AROUND, RING, TOP, growth
+from ..strength.strengths import RING, TOP, growth, tops
 from .number import Key, Number
 from .peaks import stress_name
 from .printed import end_of
@@ -146,17 +145,10 @@ def _rival(near: NearStress, change: Array, above: float) -> float:
     above which there is none: a top is no smaller than what is around it, as far as the changes
     tell."""
     change = np.nan_to_num(change) + near.grown
-    most, least = near.values + change, near.values - change
-    rows = np.flatnonzero((near.reach > 0.0) & (most > above))
-    if not len(rows):
-        return above
-    tree = scipy.spatial.cKDTree(near.x[near.count :])
-    for k in rows[np.argsort(-most[rows], kind="stable")].tolist():
-        around = tree.query(near.x[k], min(AROUND, tree.n))[1]
-        around = np.append(tree.query_ball_point(near.x[k], near.reach[k]), around) + near.count
-        if least[around.astype(np.int64)].max() <= most[k]:
-            return float(most[k])
-    return above
+    most, least, own = near.values + change, near.values - change, slice(near.count, None)
+    usable = (near.reach > 0.0) & (most > above)
+    k = next(tops(near.x[own], most[own], near.reach[own], usable[own], least[own]), None)
+    return above if k is None else float(most[own][k])
 
 
 def _gains_nothing(solutions: Sequence[Evaluated], body: str, elements: Index) -> Mask:

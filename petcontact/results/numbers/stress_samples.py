@@ -21,6 +21,7 @@ from ..strength.strengths import (
     ADDS,
     AROUND,
     RING,
+    TOP,
     Fit,
     growth,
     known,
@@ -198,7 +199,7 @@ class Samples(Keeping):
         seen = len(values) if inside else count
         usable = np.isfinite(values) & ~self._leaves_out(self._x, RING)
         usable[:count] &= not inside
-        rows = tops(self._x[:seen], values[:seen], self._away[:seen], usable[:seen])
+        rows = tops(self._x[:seen], values[:seen], TOP * self._away[:seen], usable[:seen])
         yield from (self._sample(key, k) for k in itertools.islice(rows, TRIED))
 
     def top(self, key: str, peak: Number, above: float) -> Number | None:

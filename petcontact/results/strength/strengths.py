@@ -213,18 +213,25 @@ def in_doubt(own: Sequence[Fit]) -> bool:
     return all(fit.spread > abs(fit.value) for fit in own)
 
 
-def tops(x: Array, values: Array, nearest: Array, usable: Mask) -> Iterator[int]:
+def tops(
+    x: Array, values: Array, reach: Array, usable: Mask, least: Array | None = None
+) -> Iterator[int]:
     """Yield the rows of usable values (n,) at points (n, d) that are tops, the largest first: none
-    within half the distance of the nearest place without a bound (n,) is larger, nor one of the
-    `AROUND` nearest."""
-    tree, rows = scipy.spatial.cKDTree(x), np.flatnonzero(usable)
-    reach = np.minimum(TOP * nearest, float(np.ptp(x, axis=0).max()))
+    within their reach (n,) is larger, nor one of the `AROUND` nearest.
+
+    Of values that are not certain `least` (n,) are the least that they may be.
+    """
+    rows, least = np.flatnonzero(usable), values if least is None else least
+    if not len(rows):
+        return
+    tree = scipy.spatial.cKDTree(x)
+    reach = np.minimum(reach, float(np.ptp(x, axis=0).max()))
     rows = rows[np.argsort(-values[rows], kind="stable")]
     for first in range(0, len(rows), TOGETHER):
         some = rows[first : first + TOGETHER]
         around = tree.query(x[some], min(AROUND, len(x)))[1].reshape(len(some), -1)
-        for k in some[values[around].max(axis=1) <= values[some]].tolist():
-            if values[tree.query_ball_point(x[k], reach[k])].max() <= values[k]:
+        for k in some[least[around].max(axis=1) <= values[some]].tolist():
+            if least[tree.query_ball_point(x[k], reach[k])].max() <= values[k]:
                 yield k
 
 
@@ -291,5 +298,5 @@ def _largest_top(mesh: BoundaryMesh, x: Array, values: Array, away: Mapping[Plac
     nearest = np.min([np.full(len(x), np.inf), *away.values()], axis=0)
     beyond = (r > each.reach(mesh) for each, r in away.items())
     far = np.all([values < np.inf, *beyond], axis=0)
-    top = next(tops(x, values, nearest, far), None)
+    top = next(tops(x, values, TOP * nearest, far), None)
     return 0.0 if top is None else float(values[top])
