@@ -15,9 +15,10 @@ from ...round_off import WRITTEN
 from ..basis import gauss
 from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along
 
-FEW, BLOCK = 512, 64
-"""Number of curves from which those that points may meet are selected first (`FEW`), and number of
-points for which this is done at once (`BLOCK`)."""
+BLOCK = 64
+"""Points for which curves that they may meet are selected at once, and how many curves are not
+selected from. Bearing of 12 rollers: 1.72 s without, .88 to .90 s from 32 to 128 curves on, and
+1.17 s by 16 points."""
 
 
 @record
@@ -110,13 +111,12 @@ class Curves(Faces):
 
         The numbers of curves increase.
         """
-        every = np.arange(len(self))
-        step = max(1, TOGETHER // max(1, len(self))) if len(self) <= FEW else BLOCK
+        number, few = np.arange(len(self)), len(self) <= BLOCK
+        step = max(1, TOGETHER // max(1, len(self))) if few else BLOCK
         for k in range(0, len(x), step):
             points, along = x[k : k + step], vector[k : k + step]
-            number = (
-                every if len(self) <= FEW else np.flatnonzero(MAY_MEET[meet](points, along, self))
-            )
+            if not few:
+                number = np.flatnonzero(MAY_MEET[meet](points, along, self))
             yield (
                 k,
                 number,
