@@ -48,6 +48,9 @@ of tolerance 1e-3 and 1e-4, were within a fifth."""
 SURFACE = 1.2e-3
 """Compressed surfaces take so much a node, with the preconditioner: two boxes of 3568 to 14 368
 nodes took 1e-3 to 1.6e-3."""
+PRODUCT = 1.5e-5
+"""Products with them, and with their preconditioner, take so much a node: increments of 472 to 5580
+nodes took 1.0e-5 to 2.1e-5, a Newton step one for each motion besides its KSP iterations."""
 DIGIT = 1.4
 """A digit more of the tolerance than 1e-4 takes so many times as long: 9000 nodes 5.3 s at 1e-3,
 9.0 s at 1e-4, 5760 11.7 s at 1e-6."""
@@ -279,6 +282,16 @@ def solve_seconds(
         costs = COSTS[type(meshes[0])]
         return seconds * (1.0 + increments * (costs.increment[1] + costs.motion * motions))
     return seconds + increments * newton.seconds(total)
+
+
+def posed_seconds(
+    posed: Posed, meshes: Sequence[BoundaryMesh], increments: int, motions: int = 0
+) -> float:
+    """`solve_seconds` of a problem on meshes."""
+    nodes_of, total = contact_sizes(posed, meshes)
+    bem, components = resolved_bem(suitable_bem(posed, meshes)), meshes[0].components
+    unknowns = [components * count for count in nodes_of]
+    return solve_seconds(bem, meshes, unknowns, components * total, increments, motions)
 
 
 def _eliminated_seconds(mesh: BoundaryMesh, contact: int) -> float:

@@ -174,16 +174,21 @@ def test_only_steps_that_add_to_the_error_are_divided_also_after_a_restart(tmp_p
 def test_other_paths_cost_no_more_than_the_solve_or_are_not_known(monkeypatch):
     """Five increments of 2 s are within a mesh's budget of 10 s, and six only within a longer
     solve, here of 20 s more."""
-    (joint, single), solution = (
-        (
-            SimpleNamespace(system=SimpleNamespace(bodies=[SimpleNamespace(is_solved_jointly=way)]))
-            for way in (True, False)
-        ),
-        pressed("x**2/8", 1),
+    solution = pressed("x**2/8", 1)
+    (step,), (mesh,) = solution.steps, solution.meshes.values()
+    discrete = SimpleNamespace(posed=None, meshes=[mesh])
+    joint, single = (
+        SimpleNamespace(
+            discrete=discrete,
+            system=SimpleNamespace(bodies=[SimpleNamespace(is_solved_jointly=way)]),
+        )
+        for way in (True, False)
     )
+    products = sum(step.history.ksp_iterations) + step.iterations * (1 + len(step.alpha))
+    monkeypatch.setattr(path, "PRODUCT", 2.0 / (products * mesh.n_nodes))
     for others, problem_, most in ((0.0, joint, 5), (20.0, joint, 11), (0.0, single, 64)):
-        spent = replace(solution, timings={"factor": others, "iterate": 2.0})
-        told = [path.is_affordable(problem_, spent, count) for count in (most, most + 1)]
+        monkeypatch.setattr(path, "posed_seconds", lambda *_, others=others: others)
+        told = [path.is_affordable(problem_, solution, count) for count in (most, most + 1)]
         assert told == [True, problem_ is single]
     monkeypatch.setattr(path, "is_affordable", lambda *_: False)
     dear = pressed.__wrapped__("x**2/8", None)

@@ -11,7 +11,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
 from ...refinement.levels import growing
 from ...results.solution import Solution
-from ..choice import BUDGET, contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
+from ..choice import BUDGET, contact_sizes, needed_memory, posed_seconds, resolved_bem, suitable_bem
 from ..eliminate import Announce
 from ..steps.increment import Monitor
 from .strategy import Wanted
@@ -97,16 +97,13 @@ def beyond_budget(
     """
     bem = resolved_bem(suitable_bem(posed, meshes))
     bodies, nodes = max(len(meshes), 2 * faces), sum(mesh.n_nodes for mesh in meshes)
-    nodes_of, total = contact_sizes(posed, meshes)
-    components = meshes[0].components
-    unknowns = [components * count for count in nodes_of]
-    seconds = solve_seconds(bem, meshes, unknowns, components * total, *counts)
+    seconds = posed_seconds(posed, meshes, *counts)
     dear = Budget(nodes, seconds).exceeds(budget_of(bodies, wanted.asked))
     # the cost grows at least as the nodes do
     if dear and nodes > 2 * sum(mesh.n_nodes for mesh in own):
         return _refusal(Budget(nodes, round(seconds, 1)), bodies, wanted)
     try:
-        needed_memory(bem, meshes, nodes_of, total, components)
+        needed_memory(bem, meshes, *contact_sizes(posed, meshes), meshes[0].components)
     except InputError as error:
         return f"the next mesh does not fit the memory ({error})"
     return ""

@@ -23,9 +23,8 @@ from ...results.records import StepResult
 from ...results.solution import Solution
 from ...round_off import SOLVED
 from ...runtime.petsc import options
-from ...runtime.ranks import agreed_reason
 from ...runtime.signals import BrokenOff, answering
-from ..choice import BUDGET
+from ..choice import BUDGET, PRODUCT, posed_seconds
 from ..eliminate import MOST_NODES
 from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
@@ -137,14 +136,15 @@ def is_affordable(problem: PreparedProblem, solution: Solution, count: int) -> b
     """Return whether `count` more increments should take no longer than a solve has, or `BUDGET`.
 
     Only increments of joint solves are dear: of narrow contacts each may cost more than the
-    operators do. Where they are not affordable, the error of the path is not known.
+    operators do. Where they are not affordable, the error of the path is not known. Products are
+    counted, so that no result depends on the speed of a machine.
     """
     if not any(body.is_solved_jointly for body in problem.system.bodies):
         return True
-    spent = solution.timings
-    expected = count * spent["iterate"] / len(solution.steps)
-    dear = expected > max(BUDGET, sum(spent.values()))
-    return not agreed_reason("other paths cost too much" if dear else None)
+    posed, meshes, steps = problem.discrete.posed, problem.discrete.meshes, solution.steps
+    products = sum(sum(r.history.ksp_iterations) + r.iterations * (1 + len(r.alpha)) for r in steps)
+    iterate = PRODUCT * products * sum(mesh.n_nodes for mesh in meshes)
+    return count * iterate / len(steps) <= max(BUDGET, posed_seconds(posed, meshes, 0) + iterate)
 
 
 def _changes(
