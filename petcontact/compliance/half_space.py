@@ -46,7 +46,7 @@ class HalfSpace:
         Whether T costs less than the steps of Newton's method that its predictions save.
     """
 
-    coupled, fast, rtol = True, False, 0.0
+    fast, rtol = False, 0.0
 
     def __init__(self, assemble: Callable[[], Array], weight: Array, *, predicts: bool) -> None:
         self.scale, self._assemble, self._weight, self.predicts = 1.0, assemble, weight, predicts

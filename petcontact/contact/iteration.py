@@ -91,13 +91,6 @@ class Judgement(NamedTuple):
     left: float
 
 
-JUMP, JUMPS = 100.0, 3
-"""A method diverges if tractions grow by more than the first factor in as many steps, one after
-another [-]. What the data ask for is reached in one step from none or from round-off. Of
-operator-robin with torsion about an axis the factors were 530, 2e6, 3e6, until its active sets had
-no end."""
-
-
 @dataclass
 class Recorder:
     """History, monitor and judged iterates of one run of a method.
@@ -118,8 +111,6 @@ class Recorder:
     history: History = field(default_factory=History)
     largest: float = 0.0
     _judged: Judgement | None = None
-    _before: float = 0.0
-    _jumps: int = 0
 
     def step(
         self,
@@ -141,7 +132,7 @@ class Recorder:
         Raises
         ------
         SolverError
-            If the iterate is not finite, or the method diverges.
+            If the iterate is not finite.
         """
         law, system = self.law, self.system
         norms = functools.partial(group_norms, system.weight, law.groups)
@@ -166,15 +157,6 @@ class Recorder:
         balance = balances[0] if len(balances) == 1 else np.array(balances)
         self.history.add(rho, balance, change, left, ksp_iterations)
         self.largest = max(self.largest, traction)
-        self._jumps = self._jumps + 1 if traction > JUMP * self._before > 0.0 else 0
-        self._before = traction
-        if self._jumps == JUMPS:
-            raise SolverError(
-                "iterate",
-                f"tractions grow from step to step, to {traction:.1e} in iteration "
-                f"{len(self.history)}: the method diverges",
-                "choose another method",
-            )
         return change, balance
 
     def balanced(self, v: Array, sigma: Array) -> float | Array:

@@ -222,18 +222,12 @@ class Surrogate(Protocol):
         Relative tolerance of iterative solves on part of the components.
     fast : bool
         Whether products and solves cost almost nothing.
-    coupled : bool
-        Whether T is a dense matrix that is solved by its blocks, as components that couple on disks
-        need it.
     predicts : bool, optional
         Whether T costs less than the steps of Newton's method that its predictions save; True if it
         is missing.
     """
 
     rtol: float
-
-    @property
-    def coupled(self) -> bool: ...
 
     @property
     def fast(self) -> bool: ...

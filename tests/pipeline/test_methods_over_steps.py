@@ -283,7 +283,8 @@ def test_operator_robin_slips_along_two_tangents():
             {"part": "right", "condition": "traction", "value": [0.0, 0.0, 0.0]},
         ],
         "obstacle": [
-            {"name": "ball", "displacement": [0.0, -0.01, 0.0], "rotation": 0.0268}
+            {"name": "ball", "displacement": [0.0, way], "force": [0.0, -2e-3 * (way == "free")]}
+            | {"rotation": 0.0268}
             | {"shape": "sphere", "centre": [0.0, 2.0], "radius": 2.0}
         ],
         "contact": [

@@ -33,8 +33,6 @@ class LayerOperator:
         Whether products with T are very cheap, by Fourier transforms on all parts.
     """
 
-    coupled = False
-
     def __init__(
         self, strips: Sequence[Strip], weight: Array, x: Array, measure: Array | None = None
     ) -> None:

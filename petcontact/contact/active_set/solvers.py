@@ -7,7 +7,10 @@ surrogate T as preconditioner.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
+import scipy
 
 from ... import native
 from ...arrays import Array, Index, Mask
@@ -233,7 +236,7 @@ class KrylovActiveSetSolver(_Counted):
 
 
 class SurrogateActiveSetSolver:
-    """Solver with T in place of S, for predictions; it solves by masks of components."""
+    """Solver with T in place of S, for predictions, after T has been scaled."""
 
     noise, ksp_iterations = 1e-11, 0
 
@@ -247,26 +250,14 @@ class SurrogateActiveSetSolver:
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """Return the solution by LU if T is dense, else by solves on active components.
+        """Return the solution by solves on active components, one component after another.
 
-        Components that Π' couples are solved one after another.
+        This is exact where Π' is the identity on them, as it is in the plane: there T does not
+        couple shear to pressure. Where it is not, as in slip on disks, LU of a block is used.
         """
-
-        def inverse(r: Array) -> Array:
-            dy = np.zeros_like(r)
-            if self._surrogate.coupled:
-                active = np.flatnonzero(linearised.active)
-                whole = np.asfortranarray(self._surrogate.matrix())
-                block = _block(whole, linearised, rho, active)
-                dy.flat[active] = np.linalg.solve(block, r.ravel()[active])
-                return dy
-            for _ in range(r.shape[1]):
-                left = r if not dy.any() else r - self._surrogate.apply(linearised.traction(dy))
-                dy = dy + self._surrogate.stick_solve(
-                    linearised.active, np.where(linearised.active, left, 0.0)
-                )
-            return dy
-
+        inverse = self._by_component(linearised)
+        if (linearised.active != linearised.stick).any():
+            inverse = self._by_block(linearised, rho)
         constraint = RigidModeConstraint(
             modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0))
         )
@@ -274,6 +265,34 @@ class SurrogateActiveSetSolver:
             rhs, constraint.rhs
         )
         return dy, constraint.motion(coordinates), constraint.free
+
+    @cached_property
+    def _whole(self) -> Array:
+        return np.asfortranarray(self._surrogate.matrix())
+
+    def _by_component(self, linearised: Linearisation) -> Map:
+        def inverse(r: Array) -> Array:
+            dy = np.zeros_like(r)
+            for _ in range(r.shape[1]):
+                left = r if not dy.any() else r - self.apply(linearised.traction(dy))
+                dy = dy + self._surrogate.stick_solve(
+                    linearised.active, np.where(linearised.active, left, 0.0)
+                )
+            return dy
+
+        return inverse
+
+    def _by_block(self, linearised: Linearisation, rho: Array) -> Map:
+        active = np.flatnonzero(linearised.active)
+        block = _block(self._whole, linearised, rho, active)
+        factor = scipy.linalg.lu_factor(block, check_finite=False)
+
+        def inverse(r: Array) -> Array:
+            dy = np.zeros_like(r)
+            dy.flat[active] = scipy.linalg.lu_solve(factor, r.ravel()[active])
+            return dy
+
+        return inverse
 
 
 ActiveSetSolver = DenseActiveSetSolver | KrylovActiveSetSolver | SurrogateActiveSetSolver

@@ -62,9 +62,9 @@ class OperatorRobin:
                 "up to 1000 nodes of a side have one); use semismooth-newton"
             )
         criterion = iteration.criterion
-        inner = SurrogateActiveSetSolver(surrogate)
         solver = active_set_solver(system, surrogate)
         sigma, v = first_guess(system, surrogate, solver)
+        inner = SurrogateActiveSetSolver(surrogate)
         if iteration.start is not None:
             sigma = iteration.start[1]
             v = system.u_0 + solver.apply(sigma)
