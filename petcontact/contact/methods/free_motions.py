@@ -7,9 +7,10 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
-from ...round_off import WRITTEN
-from ..active_set.pivots import Pivot
+from ...round_off import CHAINED, HALF, WRITTEN
+from ..active_set.pivots import PATIENCE, Pivot
 from ..law_protocol import ContactLaw, law_residual
+from ..linearisation import Linearisation
 from ..system import ContactSystem
 
 
@@ -60,3 +61,43 @@ def touching(
     if not (left(end) - wanted) * (now - wanted) < 0.0:
         return None
     return tau(scipy.optimize.brentq(lambda way: left(way) - wanted, 0.0, end))
+
+
+def in_equilibrium(
+    system: ContactSystem, law: ContactLaw, v: Array, sigma: Array, rho: float | Array
+) -> Array:
+    """Return v (m, k) after the rigid motion for which -Π(ρv - σ) is in equilibrium with the loads.
+
+    These tractions are the projection of σ - ρv onto those that the law allows and that are in
+    equilibrium. A Robin step alone moves bodies as if all nodes touched. The motion is found by
+    Newton's method. Each step ends where the work of what is out of balance vanishes along it. No
+    step is taken along which nothing holds the loads.
+    """
+    modes = system.modes
+    if modes is None:
+        return v
+    unit = modes.basis / modes.size[:, None]
+    motion, resultant = modes.motion @ unit, np.tensordot(unit.T, modes.resultant, 1)
+    most, tau = np.max(rho), rho * v - sigma
+    pull = np.broadcast_to(rho / most, v.shape)[:, :, None] * motion
+    stuck = HALF * np.tensordot(resultant, pull, 2)
+
+    def left(tau: Array) -> Array:
+        return np.asarray(unit.T @ modes.unbalanced(-law.project(tau)))
+
+    def work(way: float, step: Array, tau: Array) -> float:
+        return float(step @ left(tau + way * (pull @ step)))
+
+    for _ in range(PATIENCE):
+        force = left(tau)
+        if np.abs(force).max() <= CHAINED * np.abs(unit.T @ modes.load).max():
+            break
+        slope = Linearisation.from_law(law, tau).derivative @ pull
+        step = np.linalg.lstsq(np.tensordot(resultant, slope, 2) + stuck, force, rcond=None)[0]
+        now, end = work(0.0, step, tau), work(1.0, step, tau)
+        if not end <= now / 2.0 < now:
+            break
+        if end < 0.0:
+            step *= scipy.optimize.brentq(work, 0.0, 1.0, (step.copy(), tau))
+        tau, v = tau + pull @ step, v + motion @ step / most
+    return v

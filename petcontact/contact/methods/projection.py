@@ -17,7 +17,7 @@ from ..law_protocol import ContactLaw, bound_excess, law_residual
 from ..rho_rules import Rule, begun, make_rule
 from ..state import ContactState, Start
 from ..system import ContactSystem
-from .free_motions import lies_free
+from .free_motions import in_equilibrium, lies_free
 from .newton import SemismoothNewton
 from .settling import settled
 
@@ -106,7 +106,8 @@ class Projection:
         The given start need not satisfy v = u_0 + Sσ: the first step is solved whole, later ones
         for their increments.
         """
-        system, (v, sigma) = recorder.system, old
+        system, sigma = recorder.system, old[1]
+        v = in_equilibrium(system, recorder.law, *old, rho)
         # (2.10); where R_ρ = 0, (2.9), also σ + ρv = σ + ρv - ωR_ρ, (2.11)
         residual = law_residual(recorder.law, v, sigma, rho)
         if whole:
@@ -115,8 +116,8 @@ class Projection:
             dv, dsigma = v - old[0], sigma - old[1]
         else:
             # (3.1) less what the iterate before satisfies: its equation for δv, δσ
-            dv, dsigma = system.robin_increment(rho, -self.omega * residual)
-            v, sigma = v + dv, sigma + dsigma
+            strain, dsigma = system.robin_increment(rho, -self.omega * residual)
+            dv, v, sigma = v - old[0] + strain, v + strain, sigma + dsigma
         change, balance = recorder.step(
             old,
             v,
