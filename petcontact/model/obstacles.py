@@ -108,7 +108,8 @@ class Obstacle(Model):
     """A rigid body without a mesh: it moves by given components, or by those that are "free" under
     its force and moment.
 
-    One number stands for every component where it is 0 or "free".
+    One number stands for every component where it is 0 or "free". In axial problems one number is
+    the component along the axis.
 
     In a config::
 
@@ -124,13 +125,14 @@ class Obstacle(Model):
     name : str
         Name of the obstacle.
     displacement : a number or "free" a component
-        Displacement of the centre [length].
+        Displacement of the centre; one number is 0, or that along an axis of revolution [length].
     rotation : number or "free", in 3D one about each of x, y, z
         About the centre, counter-clockwise, small [rad].
     centre : point
         Point about which it turns, and the centre of a circle or a sphere [length].
     force : a number a component
-        Force from outside on components that are free [force/length, in 3D force].
+        Force from outside on components that are free; one number as of `displacement`
+        [force/length, in 3D force].
     moment : number, in 3D one about each of x, y, z
         Moment from outside about the centre, where the rotation is free [force, in 3D force ·
         length].
@@ -255,6 +257,9 @@ class Obstacle(Model):
 
     def _along(self, key: str, kind: Kind, *still: object) -> list[Any]:
         """The components of a vector, of which those across an axis of revolution are 0."""
+        value = getattr(self, key)
+        if kind.across and not isinstance(value, tuple):
+            return [0.0 if axis in kind.across else value for axis in range(kind.dim)]
         values = self._each(key, kind.dim)
         for axis in kind.across:
             if values[axis] not in still:

@@ -10,7 +10,8 @@ from climbs import solved
 from random_revolution import random_revolution
 from shapes import closing, drawn, elastic, moved, problem, rectangle, rollers, solid, touching
 
-from petcontact import InputError, adapt, operators, solve
+from petcontact import InputError, Obstacle, adapt, operators, solve
+from petcontact.geometry.rotation import PLANE, REVOLUTION, TORSION
 from petcontact.pipeline.condensation import condensed_body
 
 E, NU = 100.0, 0.3
@@ -81,6 +82,16 @@ def test_a_superelement_carries_what_its_body_does_and_is_none_of_the_plane(tmp_
     assert solve(posed).pairs["pair"].force == pytest.approx(whole.pairs["pair"].force, rel=1e-9)
     with pytest.raises(InputError, match=r"base.npz: axial: this superelement is a body of revol"):
         solve(posed.model_copy(update={"symmetry": None}))
+
+
+def test_one_number_moves_an_obstacle_along_the_axis():
+    """It was refused, though an obstacle has no other way; in 2D it is, but for 0."""
+    punch = Obstacle("punch", displacement=-0.02, force=3.0)
+    for kind, whole in (REVOLUTION, [0.0, -0.02]), (TORSION, [0.0, -0.02, 0.0, 0.0]):
+        assert punch.motions(kind) == whole
+        assert punch.loads(kind)[:2] == [0.0, 3.0]
+    with pytest.raises(InputError, match="needs 2 components here"):
+        punch.loads(PLANE)
 
 
 HELD = [moved("bottom", [0, 0]), drawn("right", [0, 0])]

@@ -48,7 +48,8 @@ def method_of(
     Raises
     ------
     InputError
-        If it is none of these, or a rule is given to a method that has none.
+        If it is none of these, or a rule is given beside a method that has none. In a table it is
+        one of the keys that a method does not read (`Method.ignored`), which commands name.
 
     Examples
     --------
