@@ -70,6 +70,16 @@ def test_bodies_steps_and_the_error_of_u():
     assert "error of u:" in rough.verdict()
 
 
+@pytest.mark.parametrize("steps", [{}, {"step": [{"increments": 2}]}], ids=["none", "steps"])
+def test_a_result_is_gone_on_from(steps, tmp_path):
+    """There was no array of a pair to join."""
+    first = solve(problem(body=[bar(2)], **steps))
+    first.save(tmp_path / "r.h5")
+    for count in ["", ":1"] if steps else [""]:
+        start = {"start": f"{tmp_path / 'r.h5'}{count}"}
+        assert np.array_equal(solve(problem(body=[bar(2)], **steps, method=start)).u, first.u)
+
+
 def test_what_needs_contact_is_refused():
     punch = {"name": "punch", "displacement": [0.0, 0.0]}
     with pytest.raises(InputError, match=r"obstacle 'punch': no part is in contact"):

@@ -208,7 +208,8 @@ def carried_over(problem: PreparedProblem, old: Solution) -> Start:
     InputError
         If it has other pairs.
     """
-    v, sigma = [], []
+    v = [np.zeros((0, problem.system.k))]
+    sigma = v.copy()
     for side, face in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
         if face.name not in old.last.pairs:
             raise InputError(

@@ -15,18 +15,20 @@ from .prepared import IncrementState, PreparedProblem
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:
     """Return the state after the last increment, or the unloaded state if there is none."""
-    system = problem.system
+    system, begun = problem.system, problem.begun()
     if not done:
-        return problem.begun()
+        return begun
     pairs = [done[-1].pairs[face.name] for face in system.interfaces]
-    slip, v = (
-        np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment")
-    )
-    sigma = np.concatenate([pair.sigma_t for pair in pairs])
+
+    def of_nodes(key: str, like: Array) -> Array:
+        # where nothing is in contact there is no pair
+        return np.concatenate([like[:0], *(getattr(pair, key) for pair in pairs)])
+
+    slip, v, sigma = (of_nodes(key, begun.slip) for key in ("slip", "slip_increment", "sigma_t"))
     if system.k == system.components:
-        gap = np.concatenate([pair.gap for pair in pairs])
+        gap = of_nodes("gap", begun.worn)
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
-        sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])
+        sigma = np.column_stack([sigma, -of_nodes("pressure", begun.worn)])
     positions, loads = _places(problem, done[-1])
     worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
     return IncrementState(
@@ -36,8 +38,8 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         positions,
         loads,
         sigma,
-        np.concatenate(worn),
-        np.concatenate([pair.state for pair in pairs]),
+        np.concatenate([begun.worn[:0], *worn]),
+        np.concatenate([begun.states[:0], *(pair.state for pair in pairs)]),
     )
 
 
