@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import abc
 import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ class DenseStrip:
         scaled = layer_matrix(strip) * (self._root[:, None] / self._root)
         self._scaled = 0.5 * (scaled + scaled.T)
         self._cholesky = _kept(self._factored)
-        self._stick = StickCholesky(self._scaled, self._root)
+        self._stick = StickCholesky(lambda k: self._scaled[k[:, None], k], self._root)
 
     def _factored(self, rho: float | None) -> Any:
         matrix = self._scaled if rho is None else np.eye(len(self._root)) + rho * self._scaled
@@ -169,9 +170,8 @@ class FourierStrip(ProductStrip):
         if stick.all() or self._size > 256:
             return super().stick_solve(stick, rhs, rtol)
         if self._stick is None:
-            self._stick = StickCholesky(
-                self.matrix() * (self._root[:, None] / self._root), self._root
-            )
+            scaled = self.matrix() * (self._root[:, None] / self._root)
+            self._stick = StickCholesky(lambda k: scaled[k[:, None], k], self._root)
         return self._stick(stick, rhs)
 
 
@@ -181,11 +181,12 @@ class HodlrStrip(ProductStrip):
     It is symmetric only up to the error of collocation.
     """
 
-    def __init__(self, strip: Strip, points: Array) -> None:
+    def __init__(self, strip: Strip, weight: Array, points: Array) -> None:
         from ...compression.hodlr import factor
 
         super().__init__(len(points))
-        self._strip, self._points = strip, points
+        self._strip, self._points, self._root = strip, points, np.sqrt(weight)
+        self._stick = StickCholesky(self._scaled_block, self._root)
         self._matrix = self._compress(None)
         self._factorisation = _kept(
             lambda rho: factor(self._matrix if rho is None else self._compress(rho))
@@ -211,6 +212,20 @@ class HodlrStrip(ProductStrip):
         """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
         return np.asarray(self._factorisation(rho)(x))
 
+    def _scaled_block(self, nodes: Index) -> Array:
+        root = self._root[nodes]
+        block = layer_matrix(self._strip, nodes, nodes) * (root[:, None] / root)
+        return np.asarray(0.5 * (block + block.T))
+
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
+        """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
+
+        Most nodes of a long part are open, and the block of the others is small.
+        """
+        if np.count_nonzero(stick) > LONG_SIZE:
+            return super().stick_solve(stick, rhs, rtol)
+        return self._stick(stick, rhs)
+
 
 StripOperator = DenseStrip | FourierStrip | HodlrStrip
 """T of one strip; vectors are (k,) arrays."""
@@ -228,26 +243,25 @@ def strip_operator(strip: Strip, weight: Array, points: Array) -> StripOperator:
     if strip.uniform:
         return FourierStrip(strip, weight)
     if len(weight) > LONG_SIZE:
-        return HodlrStrip(strip, points)
+        return HodlrStrip(strip, weight, points)
     return DenseStrip(strip, weight)
 
 
 class StickCholesky:
     """Solver for x with T x = rhs on the stick nodes and x = 0 elsewhere.
 
-    `scaled` is T made symmetric by the roots of the weights. The factors of the last two sets of
-    nodes are stored, because rigid motions need the same nodes several times.
+    `block` returns T on some nodes, made symmetric by the roots of the weights. The factors of the
+    last sets of nodes are stored, because rigid motions need the same nodes several times.
     """
 
-    def __init__(self, scaled: Array, root: Array) -> None:
-        self._scaled, self._root = scaled, root
+    def __init__(self, block: Callable[[Index], Array], root: Array) -> None:
+        self._block, self._root = block, root
         self._factors = _kept(self._factored)
 
     def _factored(self, stick: bytes) -> tuple[Index, tuple[Array, bool]]:
         nodes = np.flatnonzero(np.frombuffer(stick, dtype=bool))
-        block = self._scaled[nodes[:, None], nodes]
         return nodes, scipy.linalg.cho_factor(
-            block, lower=True, overwrite_a=True, check_finite=False
+            self._block(nodes), lower=True, overwrite_a=True, check_finite=False
         )
 
     def __call__(self, stick: Mask, rhs: Array) -> Array:
