@@ -34,6 +34,8 @@ with more it is rough everywhere."""
 NEXT = PARTS * TOLERANCE
 """Width of neighbouring samples up to which a change of slope is only noise [-] (J. J. Moré and S.
 M. Wild, Estimating computational noise, SIAM J. Sci. Comput. 33, 2011)."""
+MEASURED = 128
+"""Places at which noise is measured: its median is known to a tenth."""
 NOISE = 16.0
 """Largest of thousands of changes by noise over their median [-]; it is 7 for a normal
 distribution."""
@@ -132,8 +134,7 @@ def kinks(
     far = float(SUMMED * max(1.0, far))
     width = samples[2:] - samples[:-2]
     size = float(np.abs(sampled).max(initial=0.0)) * far
-    if (width < NEXT).any():  # noise of differences of large terms
-        size = max(size, NOISE * float(np.median((change * width)[width < NEXT])))
+    size = max(size, NOISE * _noise(values, samples))
     chosen = _candidates(change, width, size)
     if not 0 < len(chosen) <= MOST_FEATURES:
         return np.empty(0), np.empty(0)
@@ -152,6 +153,14 @@ def kinks(
         changes.append(np.where(chosen, largest, changes[-1]))
     power = _powers(np.array(widths), np.array(changes))
     return (low + 0.5 * width)[power < SMOOTH], power[power < SMOOTH]
+
+
+def _noise(values: Callable[[Array], Array], samples: Array) -> float:
+    """Return the median change of slope over its interval, in intervals that show noise only."""
+    middle = np.clip(samples[:: max(1, len(samples) // MEASURED)], NEXT, 1.0 - NEXT)
+    places = middle + 0.25 * NEXT * np.array([[-1], [0], [1]])
+    low, own, high = values(places.ravel()).reshape(places.shape)
+    return float(np.median(2.0 * np.abs(high - 2.0 * own + low)))
 
 
 def _sharpest(values: Callable[[Array], Array], low: Array, width: Array) -> tuple[Array, Array]:

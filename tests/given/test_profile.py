@@ -11,8 +11,9 @@ import shapely
 from petcontact.errors import InputError
 from petcontact.geometry.smooth_curve import SmoothCurve
 from petcontact.given import profile, rounded_box
+from petcontact.given.features import kinks
 from petcontact.given.profile import CurveProfile, Extruded, RoundedPolygon
-from petcontact.given.shapes import Aimed, Distance
+from petcontact.given.shapes import Aimed, Ball, Distance
 from petcontact.given.sites import Sites
 
 L_SHAPE = ((0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))
@@ -118,6 +119,20 @@ def test_corners_are_found_however_narrow():
     centres, samples = gap.features(lambda t: Sites(np.column_stack([t, np.zeros_like(t)])))
     assert np.allclose(np.sort(centres), [0.1, 0.2, 0.20001, 0.3], atol=1e-12)
     assert np.abs(samples[:, None] - centres).min(axis=0).max() < 1e-12
+
+
+def test_a_bore_that_is_touched_from_inside_has_no_kinks():
+    """The gap is the small difference of two radii."""
+    gap = Distance("gap", Aimed("bore", "circle", Ball((0.0, 0.05), 10.05), hollow=True))
+
+    def way(fractions):
+        turn = np.pi * (fractions - 0.75)  # from beside the lowest point on, around it
+        outward = np.column_stack([np.cos(turn), np.sin(turn)])
+        return Sites(10.0 * outward, outward)
+
+    samples = gap.features(way)[1]
+    values = gap.near(way(samples))
+    assert not len(kinks(lambda t: gap.near(way(t)), samples, values)[0])
 
 
 def test_dimensions_must_fit():
