@@ -56,6 +56,13 @@ def test_a_parabola_through_50_points_is_the_parabola(tmp_path, smooth):
     assert np.abs(found - expected).max() < 1e-4 * expected.max()
 
 
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_file_of_decimal_commas_has_the_numbers(tmp_path, mark):
+    lines = ["x,z".replace(",", mark), f"mm{mark}µm", *(f"{x}{mark}{z}" for x, z in PARABOLA)]
+    (tmp_path / "scan.csv").write_text("\n".join(lines).replace(".", ","))
+    assert np.array_equal(Points(tmp_path / "scan.csv").table, PARABOLA)
+
+
 def test_noise_is_told_and_smoothed():
     noisy = PARABOLA + [0.0, 1.0] * np.random.default_rng(1).normal(0.0, 6e-5, (50, 2))
     noise = as_given(Points(noisy), "gap").noise_at(np.zeros(2), 0.1)
@@ -106,11 +113,11 @@ def test_a_surface_through_points_in_space(scattered, smooth):
             "x must increase from row to row; row 2 has 2, the next one 1",
         ),
         ("0,0\n1,1\n2,0\n", {}, "needs at least 4 rows, got 3"),
-        (
-            "0,0\n1;0,5\n2,0\n3,0\n",
-            {},
-            "row of numbers: '1;0,5'; a number has a decimal point, not",
-        ),
+        ("0,0\n1;0,5\n2,0\n3,0\n", {}, "line 2 of"),
+        ("0,0 0,5\n1,5 2,0\n", {"columns": [0, 1]}, "row of numbers: '0,0 0,5'"),
+        ("0 mm;1 mm\n1 mm;2 mm\n", {}, "line 1 of"),
+        ("0 1\n2\t3\n", {}, "line 1 of"),
+        ("scan\nof one\n", {}, "line 2 of"),
         ("0,0\n1,a\n2,0\n3,0\n", {}, "is no row of numbers: '1,a', got"),
         ("0,0\n1\n2,0\n3,0\n", {}, "has 1 columns, those before have 2"),
         ("0,0\n1,1\n2,0\n3,0\n", {"columns": [0, 2]}, "columns: must be 2 columns"),

@@ -38,29 +38,45 @@ def _read(value: object) -> tuple[tuple[float, ...], ...]:
 
 
 def _rows_of(path: Path) -> list[tuple[float, ...]]:
-    rows = list[tuple[float, ...]]()
+    """The rows of a file, below lines of names and units, in which nothing begins as a number.
+
+    The last line shows what is between columns. Beside semicolons or tabs a comma is a decimal
+    point.
+    """
     text = path.read_text(encoding="utf-8-sig", errors="replace")
-    for number, line in enumerate(text.splitlines(), 1):
-        words = line.partition("#")[0].strip()
-        if not words:
-            continue
-        try:
-            between = r"\s*;\s*" if ";" in words else r"\s*,\s*|\s+"
-            cells = re.split(between, words)
-            row = tuple(map(float, cells))
-        except ValueError:
-            if not rows and number == 1:  # names of the columns
-                continue
-            refused = next((f"; {why}" for why in map(number_refused, cells) if why), "")
+    lines = [line.partition("#")[0].strip() for line in text.splitlines()]
+    last = next(filter(None, reversed(lines)), "")
+    between = next((mark for mark in ";\t" if mark in last), None)
+    cells = {number: _cells(line, between) for number, line in enumerate(lines, 1) if line}
+    begun = (k for k in cells if any(re.match(r"\s*[-+.]*\d", cell) for cell in cells[k]))
+    first = next(begun, max(cells, default=0))
+    rows = {
+        number: _row(f"line {number} of {path}", own, lines[number - 1])
+        for number, own in cells.items()
+        if number >= first
+    }
+    for number, row in rows.items():
+        if len(row) != len(rows[first]):
             raise InputError(
-                f"line {number} of {path} is no row of numbers: {words!r:.40}{refused}"
-            ) from None
-        if rows and len(row) != len(rows[0]):
-            raise InputError(
-                f"line {number} of {path} has {len(row)} columns, those before have {len(rows[0])}"
+                f"line {number} of {path} has {len(row)} columns, those before have "
+                f"{len(rows[first])}"
             )
-        rows.append(row)
-    return rows
+    return [*rows.values()]
+
+
+def _row(where: str, cells: list[str], line: str) -> tuple[float, ...]:
+    try:
+        return tuple(map(float, cells))
+    except ValueError:
+        refused = next((f"; {why}" for why in map(number_refused, cells) if why), "")
+        raise InputError(f"{where} is no row of numbers: {line!r:.40}{refused}") from None
+
+
+def _cells(line: str, between: str | None) -> list[str]:
+    """What a line has in its columns."""
+    if between:
+        return line.replace(",", ".").split(between)
+    return line.split("," if "," in line else None)
 
 
 Rows = Annotated[
@@ -173,7 +189,8 @@ class Points(Model):
     ----------
     points : file or rows of numbers
         Columns x and the value, in 3D x, y and the value, in increasing x. The file has one row a
-        line, with commas, semicolons or blanks between columns; its path is relative to the
+        line, with commas, blanks, semicolons or tabs between columns; beside the last two a decimal
+        comma is read. Its path is relative to the
         config's folder.
     columns : list of int
         Which columns these are, from 0 on; all by default.
