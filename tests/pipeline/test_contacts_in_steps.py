@@ -181,3 +181,27 @@ def test_an_overlap_and_a_preload_are_loads_under_which_nothing_jams(given):
     solution = solve(posed(columns("plane", given)))
     assert pressures(solution)[-1].max() > 0.0
     assert not [finding for finding in solution.findings if finding.kind == "jam"]
+
+
+@pytest.mark.parametrize(
+    ("given", "warned"), [("clearance = 0.1", 0), ("interference = 0.1", 0), ("", 1)]
+)
+def test_an_obstacle_that_fits_a_hole_is_no_surprise_where_its_play_is_given(given, warned):
+    text = f"""
+material = {{ young_modulus = 1000.0, poisson_ratio = 0.3 }}
+mesh = {{ element_size = 0.5 }}
+[geometry]
+shape = "outline"
+exterior = true
+loops = [{{ part = "hole", center = [0.0, 0.0], radius = 1.0 }}]
+[[obstacle]]
+name = "pin"
+displacement = [0.0, -0.2]
+[[contact]]
+name = "pair"
+secondary = "hole"
+primary = "pin"
+{given}
+"""
+    solution = solve(posed(text))
+    assert sum(each.kind == "fitting gap" for each in solution.findings) == warned

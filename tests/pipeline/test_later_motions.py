@@ -92,6 +92,9 @@ def test_meshes_that_adapt_hold_what_they_have_moved():
     top = solution.meshes["bar"].nodes_of("top")
     stresses = [step.bodies["bar"].traction[top, -1] for step in solution.steps]
     assert all(np.allclose(a, b, atol=1e-6 * E) for a, b in zip(stresses, STRESS, strict=True))
+    # it is loaded in the first step, and held from then on
+    reactions = {each.step: each.value[1] for each in solution.numbers["force on top"]}
+    assert reactions == pytest.approx(dict(zip((2, 3, 4), STRESS[1:], strict=True)), abs=1e-6 * E)
 
 
 @pytest.mark.parametrize(

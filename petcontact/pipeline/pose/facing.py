@@ -204,7 +204,9 @@ def _findings(
         normal = mesh.smooth_normal[mesh.nodes_of(side.part)]
         bent = np.linalg.norm(np.ptp(normal, axis=0)) > SINGLE
         across = np.abs(normal).max(axis=1).min() > 1.0 - SINGLE
-        if by_shape and unilateral and (bent or not across):
+        # a play or an overlap is that of a pin in its hole
+        fits = side.pressed or any(each.clearance for each in side.laws)
+        if by_shape and unilateral and not fits and (bent or not across):
             yield new_finding(
                 "fitting gap",
                 "no gap is given, so that the obstacle fits the "

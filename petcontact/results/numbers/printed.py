@@ -15,6 +15,7 @@ from ...arrays import Array, Index, shown
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
 from ...fields.boundary.maxima import largest_length, maximum
+from ...given.conditions import Displacement, Periodic, Symmetry
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import replace
 from ...round_off import EPS, SINGLE, SOLVED, WRITTEN
@@ -26,7 +27,7 @@ from ..strength.strengths import beside, fits, growth
 from .number import DISPLACEMENT, ENERGY, Key, Number
 from .peaks import stress_peaks
 
-HELD = ("displacement", "symmetry", "periodic")
+HELD = (Displacement, Symmetry, Periodic)
 """Conditions that hold a part."""
 
 
@@ -217,13 +218,14 @@ class _OfStep:
 
     def _held(self) -> Iterator[Number]:
         """Yield the forces and moments on the parts that supports hold."""
-        for body in self._solution.problem.body:
+        for body in self._solution.posed.bodies:
             mesh, result = self._solution.meshes[body.name], self._step.bodies[body.name]
             acting = float(mesh.weight @ np.abs(result.traction).max(axis=1))
             # a rigid motion leaves round-off of E times displacement over the size of the body
             rough = float(np.abs(result.u).max() / np.ptp(mesh.x, axis=0).max())
             rough *= body.material.young_modulus * float(mesh.weight.sum())
-            for part in (c.part for c in body.boundary if c.condition in HELD):
+            conditions = body.conditions[self._step.step - 1].items()
+            for part in (part for part, each in conditions if isinstance(each, HELD)):
                 rows = mesh.nodes_of(part)
                 held = {"force": (mesh.weight[rows] @ result.traction[rows], 1.0)}
                 if mesh.components > mesh.dim:
