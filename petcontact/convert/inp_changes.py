@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..given.posed import HOLD
 from ..round_off import TINY
-from .inp_file import Keyword
+from .inp_keywords import Keyword
 
 SCALED = {"BOUNDARY": 3, "CLOAD": 2, "DLOAD": 2, "DSLOAD": 2, "TEMPERATURE": 1}
 """Which word of a line an amplitude scales."""

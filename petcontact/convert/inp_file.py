@@ -1,20 +1,17 @@
-"""Input files of Abaqus and CalculiX: keywords, sets, surfaces, nodes and elements."""
+"""Input files of Abaqus and CalculiX: sets, nodes and elements."""
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Container, Iterator
+from collections.abc import Container
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..arrays import LARGEST_COORDINATE
 from ..errors import InputError
-from ..given.tables.base import regular_file
-from ..record import record
+from .inp_instances import flattened
+from .inp_keywords import Keyword, keywords_of, numbers_in
 
-LARGEST = 500_000_000
-"""Bytes."""
 MOST_NUMBERS = 10_000_000
 """Numbers that a set of a file of LARGEST bytes may name: a line of data each."""
 FACES: dict[int, tuple[tuple[int, ...], ...]] = {
@@ -47,20 +44,8 @@ MIDDLES: dict[int, tuple[tuple[int, int], ...]] = {
     },
 }
 """Corners on either side of the nodes that follow the corners of an element."""
-INCLUDED = re.compile(r"\s*\*\s*(\w+)\b[^*]*,\s*INPUT\s*=\s*([^,]+)", re.IGNORECASE)
-"""A keyword whose lines, or all of it, stand in another file: its name, and the file."""
 Face = tuple[int, int]
 """Element and number of its face, from 0."""
-
-
-@record
-class Keyword:
-    """One keyword with its parameters, in capitals, and data lines as words."""
-
-    name: str
-    parameters: dict[str, str]
-    rows: list[list[str]]
-    line: int
 
 
 @dataclass
@@ -108,33 +93,22 @@ class InpFile:
 
 
 def read_inp(path: str | Path) -> InpFile:
-    """A flat input file.
+    """An input file, flat or of parts and instances.
 
     Raises
     ------
     InputError
-        If it cannot be read, a number is none, or it is written in parts and instances.
+        If it cannot be read, or a number is none.
     """
     file = InpFile(str(path))
-    for keyword in _keywords(path):
-        if keyword.name in ("PART", "INSTANCE", "ASSEMBLY"):
-            raise InputError(
-                f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; "
-                "write a flat file (in Abaqus/CAE an attribute of the model)"
-            )
+    for keyword in flattened(path, keywords_of(path)):
         if keyword.name == "SYSTEM" or keyword.parameters.get("SYSTEM", "R").upper() != "R":
             raise InputError(
                 f"{path}: line {keyword.line}: *{keyword.name}: nodes in another system are not "
                 "read; write them along the axes"
             )
-        try:
+        with numbers_in(path, keyword):
             _take(file, keyword)
-        except InputError:
-            raise
-        except ValueError:
-            raise InputError(
-                f"{path}: line {keyword.line}: *{keyword.name}: a number was expected"
-            ) from None
     if not (file.nodes and file.elements):
         raise InputError(f"{path}: has no *NODE and *ELEMENT of types {', '.join(CORNERS)}")
     for number, (_, nodes) in file.elements.items():
@@ -143,42 +117,6 @@ def read_inp(path: str | Path) -> InpFile:
         if len({*nodes}) < len(nodes):
             raise InputError(f"{path}: element {number} names a node twice")
     return file
-
-
-def _lines(path: Path, within: tuple[Path, ...] = ()) -> Iterator[tuple[int, str]]:
-    """Yield the lines of a file with their numbers, and those of files of its folder that it
-    includes."""
-    text = regular_file(path, LARGEST).read_text(encoding="utf-8", errors="replace")
-    for number, line in enumerate(text.splitlines(), 1):
-        included = INCLUDED.match(line)
-        if not (included and included[1].upper() == "INCLUDE"):
-            yield number, line
-        if included:
-            other = path.parent / included[2].strip("\"' ")
-            if other in (path, *within) or not other.resolve().is_relative_to(
-                path.parent.resolve()
-            ):
-                raise InputError(
-                    f"{path}: line {number}: {included[2]}: only files of the same folder are "
-                    "read, and none by itself"
-                )
-            yield from _lines(other, (path, *within))
-
-
-def _keywords(path: str | Path) -> list[Keyword]:
-    keywords: list[Keyword] = []
-    for number, line in _lines(Path(path)):
-        if line.startswith("**") or not line.strip():
-            continue
-        words = [word.strip() for word in line.strip().rstrip(",").split(",")]
-        if line.lstrip().startswith("*"):
-            pairs = (word.partition("=") for word in words[1:])
-            parameters = {" ".join(key.split()).upper(): value.strip() for key, _, value in pairs}
-            name = " ".join(words[0].lstrip("* ").upper().split())
-            keywords.append(Keyword(name, parameters, [], number))
-        elif keywords:
-            keywords[-1].rows.append(words)
-    return keywords
 
 
 def _take(file: InpFile, keyword: Keyword) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..untyped import Keyed
-from .inp_file import Keyword
+from .inp_keywords import Keyword
 
 
 def read_force(read: Any, keyword: Keyword) -> None:

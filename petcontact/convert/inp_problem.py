@@ -40,7 +40,7 @@ class Converted:
 
 
 def convert_inp(path: str | Path, name: str) -> Converted:
-    """The problem of a flat input file, as a config and a mesh of the surface of each body.
+    """The problem of an input file, as a config and a mesh of the surface of each body.
 
     Bodies are what hangs together by nodes, with the material of their *SOLID SECTION. Taken are
     *SURFACE, *CONTACT PAIR and *TIE with *FRICTION and *CLEARANCE, *BOUNDARY of nodes that cover

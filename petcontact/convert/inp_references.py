@@ -10,8 +10,9 @@ import numpy as np
 from ..given.posed import HOLD
 from ..record import record
 from ..untyped import Keyed
-from .inp_file import Face, InpFile, Keyword
+from .inp_file import Face, InpFile
 from .inp_forces import connected, turning_traction
+from .inp_keywords import Keyword
 
 KINDS = {
     "KINEMATIC": "rigid",

@@ -17,7 +17,8 @@ from ..given.posed import HOLD
 from ..untyped import Keyed
 from .inp_changes import at_end, gather, read_temperature, renew, turn
 from .inp_elements import count
-from .inp_file import CORNERS, FACES, Face, InpFile, Keyword
+from .inp_file import CORNERS, FACES, Face, InpFile
+from .inp_keywords import Keyword
 from .inp_loads import read_force, read_load
 from .inp_references import READ, Reference, references_of
 

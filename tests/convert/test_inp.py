@@ -185,7 +185,7 @@ SECTION = "*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL"
 @pytest.mark.parametrize(
     ("old", "new", "line"),
     [
-        ("*HEADING", "*PART, NAME=P", "line 1: *PART: parts and instances are not read"),
+        ("*HEADING", "*INSTANCE, NAME=I, PART=P", "line 1: *INSTANCE: no part 'P'; there are none"),
         ("*ELASTIC", "*ELASTIC, TYPE=ORTHOTROPIC", "materials are isotropic; take the body as a"),
         (SECTION, "** none", "has no *SOLID SECTION with an *ELASTIC"),
         ("UNDER, S3", "UNDERS, S3", "no ELSET 'UNDERS'; there are LOWER, UPPER, UNDER, OVER"),
