@@ -18,6 +18,8 @@ from .inp_forces import linear_traction, loaded_faces, written
 from .inp_statements import Statements
 
 FREE = "free"
+GMSH = {(2, 2): 1, (2, 3): 8, (3, 3): 2, (3, 4): 3, (3, 6): 9, (3, 8): 16}
+"""Types of cells of a Gmsh file, by the dimension of the body and their number of nodes."""
 Load = tuple[float, tuple[float | str, ...]]
 """Pressure and traction."""
 
@@ -111,7 +113,7 @@ class InpBody:
         """Pressure and traction of faces at the end of each step; forces at nodes inside are at
         points."""
         forces = self._forces()
-        inside = forces.keys() - {node for nodes in self.faces.values() for node in nodes}
+        inside = forces.keys() - {n for face in self.faces for n in self.reader.file.cell(face)}
         self.inside = {} if self.kind == "CAX" else {node: forces[node] for node in inside}
         pulled = self._pulled(free, forces, inside)
         pressures = {f: [step.get(f, 0.0) for step in self.reader.pressed] for f in free}
@@ -130,14 +132,18 @@ class InpBody:
             for face in free
         }
         lost = forces.keys() - self.inside.keys()
-        for faces, ends in loaded_faces(free, forces.keys() - inside):
-            corners, points = [self._at(free[face]) for face in faces], self._at(ends)
+        ends = {
+            node: self.reader.file.middles.get(node, (node,)) for node in forces.keys() - inside
+        }
+        for faces, corners in loaded_faces(free, {end for own in ends.values() for end in own}):
+            loaded = [node for node, own in ends.items() if own[0] in corners]
+            cells = [self._at(self.reader.file.cell(face)) for face in faces]
             through = [
-                linear_traction(corners, points, force / self.width, self.kind == "CAX")
-                for force in np.stack([forces[node] for node in ends], axis=1)
+                linear_traction(cells, self._at(loaded), force / self.width, self.kind == "CAX")
+                for force in np.stack([forces[node] for node in loaded], axis=1)
             ]
             tractions |= {face: tractions[face] + through for face in faces}
-            lost -= {*ends}
+            lost -= {*loaded}
         if lost:
             self.reader.notes.append(
                 f"*CLOAD: {count([*lost], 'node')} without a face that is neither held nor in "
@@ -164,10 +170,12 @@ class InpBody:
     @functools.cached_property
     def freedoms(self) -> set[tuple[int, int]]:
         """Nodes and degrees of freedom, from 1."""
-        own = {node for number in self.elements for node in self.reader.file.elements[number][1]}
+        file = self.reader.file
+        own = {node for number in self.elements for node in file.elements[number][1]}
+        middles = {node for node, ends in file.middles.items() if own.issuperset(ends)}
         return {
             (node, freedom)
-            for node in own - self.reader.apart
+            for node in (own | middles) - self.reader.apart
             for freedom in range(1, self.dim + 1)
         }
 
@@ -302,11 +310,12 @@ class InpBody:
     def msh(self) -> str:
         """Return the boundary as a Gmsh file, whose physical groups are the parts."""
         tags = {part: k for k, part in enumerate(dict.fromkeys(self.parts.values()), 1)}
-        used = sorted({node for nodes in self.faces.values() for node in nodes})
+        faces = {face: self.reader.file.cell(face) for face in self.faces}
+        used = sorted({node for nodes in faces.values() for node in nodes})
         cells = [
-            f"{k} {len(nodes) - 1} 2 {tags[self.parts[face]]} {tags[self.parts[face]]} "
+            f"{k} {GMSH[self.dim, len(nodes)]} 2 {tags[self.parts[face]]} {tags[self.parts[face]]} "
             + " ".join(map(str, nodes))
-            for k, (face, nodes) in enumerate(self.faces.items(), 1)
+            for k, (face, nodes) in enumerate(faces.items(), 1)
         ]
         sections = {
             "PhysicalNames": [f'{self.dim - 1} {tag} "{part}"' for part, tag in tags.items()],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass, field, replace
@@ -33,7 +34,7 @@ CORNERS = {
         for n, corners in ((4, -4), (10, -4), (6, -6), (15, -6), (8, -8), (20, -8))
     },
 }
-"""Corners of the types of elements, of second order too, whose edges are taken as straight."""
+"""Corners of the types of elements, of second order too."""
 _RING = {n: tuple((k, (k + 1) % n) for k in range(n)) for n in (3, 4)}
 MIDDLES: dict[int, tuple[tuple[int, int], ...]] = {
     **_RING,
@@ -85,6 +86,19 @@ class InpFile:
     def faces(self, number: int) -> list[Face]:
         """Return the faces of an element."""
         return [(number, k) for k in range(len(FACES[CORNERS[self.elements[number][0]]]))]
+
+    @functools.cached_property
+    def between(self) -> dict[frozenset[int], int]:
+        """The nodes in the middle of edges, by the corners of these."""
+        return {frozenset(ends): node for node, ends in self.middles.items()}
+
+    def cell(self, face: Face) -> tuple[int, ...]:
+        """Return the nodes of a face: its corners, and the middles of its edges if all have one."""
+        corners = self.corners(face)
+        ends = zip(corners, (*corners[1:], corners[0]), strict=True)
+        edges = [frozenset(pair) for pair in ends][: 1 if len(corners) == 2 else None]
+        middles = [self.between[edge] for edge in edges if edge in self.between]
+        return (*corners, *middles) if len(middles) == len(edges) else corners
 
     def corners(self, face: Face) -> tuple[int, ...]:
         """Return the corner nodes of a face."""

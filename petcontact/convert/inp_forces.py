@@ -10,10 +10,14 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
+from ..geometry.quadratic import QuadraticCells, on_side
 from ..round_off import WRITTEN
 from .inp_file import Face
 
 Key = TypeVar("Key", bound=Hashable)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+GAUSS, WEIGHT = 0.5 + 0.5 * _POINTS, 0.5 * _WEIGHTS
+"""Rule on [0, 1] of degree seven, for moments of a linear traction on cells of second order."""
 
 
 def connected(nodes: Mapping[Key, Iterable[int]]) -> list[list[Key]]:
@@ -47,21 +51,22 @@ def loaded_faces(
     ]
 
 
-def linear_traction(corners: list[Array], points: Array, forces: Array, axial: bool) -> Array:
+def linear_traction(cells: list[Array], points: Array, forces: Array, axial: bool) -> Array:
     """The traction, linear in the coordinates, that has the resultant and all first moments of
     forces: its value at the origin and its derivative along each axis, (1 + d, d).
 
     Parameters
     ----------
-    corners : list of (n, d) arrays
-        Of the faces: lines, triangles or quadrilaterals.
+    cells : list of (n, d) arrays
+        Nodes of the faces: the corners of lines, triangles or quadrilaterals, then the middles of
+        their edges if these are curved.
     points, forces : (m, d) arrays
         Where forces act, and these; in axial problems whole ones of rings.
     axial : bool
         Whether faces are rings about x = 0.
     """
-    places, weights = _rules(corners, axial)
-    middle, size = weights @ places / weights.sum(), np.ptp(np.vstack(corners), axis=0).max()
+    places, weights = _rules(cells, axial)
+    middle, size = weights @ places / weights.sum(), np.ptp(np.vstack(cells), axis=0).max()
 
     def terms(x: Array) -> Array:
         return np.column_stack([np.ones(len(x)), (x - middle) / size])
@@ -75,11 +80,11 @@ def linear_traction(corners: list[Array], points: Array, forces: Array, axial: b
 
 
 def turning_traction(
-    corners: list[Array], point: Array, force: Array, moment: Array, axial: bool
+    cells: list[Array], point: Array, force: Array, moment: Array, axial: bool
 ) -> Array:
     """The traction a + b × x of faces, (1 + d, d), with the resultant of a force (3,) at a point
     and of a moment (3,); axial ones have no moment."""
-    places, weights = _rules(corners, axial)
+    places, weights = _rules(cells, axial)
     dim = places.shape[1]
     middle = weights @ places / weights.sum()
     arms, off = (np.pad(x, [(0, 0), (0, 3 - dim)]) for x in (places - middle, [point - middle]))
@@ -107,22 +112,31 @@ def written(traction: Array) -> tuple[float | str, ...]:
     )
 
 
-def _rules(corners: list[Array], axial: bool) -> tuple[Array, Array]:
+def _rules(cells: list[Array], axial: bool) -> tuple[Array, Array]:
     """Points (q, d) and weights (q,) that integrate over faces, of rings the whole ones."""
-    places, weights = map(np.concatenate, zip(*map(_rule, corners), strict=True))
+    places, weights = map(np.concatenate, zip(*map(_rule, cells), strict=True))
     return places, weights * (2.0 * math.pi * places[:, 0] if axial else 1.0)
 
 
-def _rule(corners: Array) -> tuple[Array, Array]:
-    """Points (q, d) and weights (q,) that integrate quadratics over a line, a triangle or a
-    quadrilateral of two triangles."""
-    if len(corners) == 2:
-        half = 0.5 * (corners[1] - corners[0])
-        along = np.array([-1.0, 1.0]) / math.sqrt(3.0)
-        return corners.mean(axis=0) + along[:, None] * half, np.full(2, np.linalg.norm(half))
-    rules = []
-    for k in range(1, len(corners) - 1):
-        three = corners[[0, k, k + 1]]
-        area = 0.5 * np.linalg.norm(np.cross(three[1] - three[0], three[2] - three[0]))
-        rules.append((0.5 * (three + three[[1, 2, 0]]), np.full(3, area / 3.0)))
-    return tuple(map(np.concatenate, zip(*rules, strict=True)))  # type: ignore[return-value]
+def _rule(cell: Array) -> tuple[Array, Array]:
+    """Points (q, d) and weights (q,) that integrate over a line, a triangle or a quadrilateral of
+    second order, straight where it has corners only."""
+    d = cell.shape[1]
+    corners = 2 if d == 2 else 4 if len(cell) in (4, 8) else 3
+    if len(cell) == corners:
+        middles = 0.5 * (cell + np.roll(cell, -1, axis=0))
+        cell = np.vstack([cell, middles[: 1 if d == 2 else None]])
+    if d == 2:
+        t, start, middle, end = GAUSS[:, None], cell[0], cell[2], cell[1]
+        along = (4.0 * t - 3.0) * start + 4.0 * (1.0 - 2.0 * t) * middle + (4.0 * t - 1.0) * end
+        return on_side(start, middle, end, t), WEIGHT * np.linalg.norm(along, axis=1)
+    s, t = (x.ravel() for x in np.meshgrid(GAUSS, GAUSS))
+    weight = np.outer(WEIGHT, WEIGHT).ravel()
+    if corners == 3:
+        local, weight = np.column_stack([s, t * (1.0 - s)]), weight * (1.0 - s)
+    else:
+        local, weight = 2.0 * np.column_stack([s, t]) - 1.0, 4.0 * weight
+        centre = 0.5 * cell[4:].sum(axis=0) - 0.25 * cell[:4].sum(axis=0)
+        cell = np.vstack([cell, centre])
+    places, along = QuadraticCells(cell[None]).at(local[None])
+    return places[0], weight * np.linalg.norm(np.cross(*along[0].transpose(1, 0, 2)), axis=1)

@@ -14,8 +14,7 @@ from .inp_keywords import Keyword
 
 
 def read_force(read: Any, keyword: Keyword) -> None:
-    """Forces at nodes; those of a node in the middle of an edge act half on either end of it,
-    with the same resultant and moment."""
+    """Read forces at nodes."""
     for row in keyword.rows:
         if len(row) != 3:
             raise read.error(keyword, f"node, degree of freedom and force, got {', '.join(row)}")
@@ -24,11 +23,8 @@ def read_force(read: Any, keyword: Keyword) -> None:
             read.note(keyword, f"{row[0]}: moments act on no node of a solid; not taken")
             continue
         for number in read.file.members(row[0]):
-            ends, forces = read.file.middles.get(number, (number,)), read.forces[-1]
-            forces |= {
-                (end, int(freedom)): forces.get((end, int(freedom)), 0.0) + force / len(ends)
-                for end in ends
-            }
+            forces, key = read.forces[-1], (number, int(freedom))
+            forces[key] = forces.get(key, 0.0) + force
 
 
 def read_load(read: Any, keyword: Keyword) -> None:

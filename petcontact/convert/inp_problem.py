@@ -48,7 +48,7 @@ def convert_inp(path: str | Path, name: str) -> Converted:
     and *TEMPERATURE that is uniform or linear in a body. *RIGID BODY and kinematic couplings are
     obstacles to which a surface is bonded, distributing ones tractions, *PRE-TENSION SECTION a cut
     with a preload. OP=NEW takes loads of earlier steps away. Edges of elements of second order are
-    taken as straight.
+    curved.
 
     Raises
     ------

@@ -158,12 +158,12 @@ def spread(read: Any, kind: str) -> Iterator[str]:
             continue
         done.add(node)
         dim = 3 if kind == "C3D" else 2
-        corners = [np.array([file.nodes[n][:dim] for n in file.corners(face)]) for face in faces]
+        cells = [np.array([file.nodes[n][:dim] for n in file.cell(face)]) for face in faces]
         for k, step in enumerate(read.tractions):
             acting = np.array(loads(read, reference, k))
             at = np.array(file.nodes[node][:dim])
             if acting.any():
-                pull = turning_traction(corners, at, acting[:3], acting[3:], kind == "CAX")
+                pull = turning_traction(cells, at, acting[:3], acting[3:], kind == "CAX")
                 step |= {face: step.get(face, 0.0) + pull / read.width(face) for face in faces}
 
 

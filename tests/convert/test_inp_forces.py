@@ -136,3 +136,64 @@ def test_nodes_that_are_held_one_by_one_hold_their_faces(tmp_path):
     text = block("CPE4", "*BOUNDARY", "1, 1, 2", "3, 2, 2", "3, 1, 1", counts=(1, 1))
     (condition,) = converted(tmp_path, text)[0].body[0].boundary
     assert (condition.part, condition.value) == ("NODES1+NODES2", (0.0, 0.0))
+
+
+def ring(*more: str) -> str:
+    """A quarter of a ring of radii 1 and 2, of three curved elements, in plane strain."""
+    at = {
+        (i, j): (1.0 + 0.5 * i) * np.array([np.cos(j * np.pi / 12.0), np.sin(j * np.pi / 12.0)])
+        for i in range(3)
+        for j in range(7)
+        if i % 2 == 0 or j % 2 == 0
+    }
+    number = {place: k for k, place in enumerate(at, 1)}
+    order = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1))
+    text = ["*NODE", *(f"{number[p]}, {x:.12f}, {y:.12f}" for p, (x, y) in at.items())]
+    text += ["*ELEMENT, TYPE=CPE8R, ELSET=ALL"]
+    text += [
+        f"{k + 1}, " + ", ".join(str(number[i, 2 * k + j]) for i, j in order) for k in range(3)
+    ]
+    for name, line in (("START", [(i, 0) for i in range(3)]), ("END", [(i, 6) for i in range(3)])):
+        text += [f"*NSET, NSET={name}", ", ".join(str(number[place]) for place in line)]
+    return "\n".join([*text, MATERIAL.strip(), "*STEP", *more])
+
+
+def test_edges_of_second_order_are_arcs(tmp_path):
+    """Lamé's ring under pressure inside."""
+    deck = ring("*BOUNDARY", "START, 2", "END, 1", "*DLOAD", "ALL, P4, 1.0")
+    problem, notes = converted(tmp_path, deck)
+    assert not notes
+    solution = solve(problem)
+    (body,) = problem.body
+    young, ratio = body.material.young_modulus, body.material.poisson_ratio
+    mesh = solution.meshes[body.name]
+    inside = np.abs(np.hypot(*mesh.x.T) - 1.0) < 1e-9
+    moved = np.linalg.norm(solution.last.bodies[body.name].u[inside], axis=1)
+    expected = (1.0 + ratio) / young / 3.0 * (1.0 - 2.0 * ratio + 4.0)
+    assert np.allclose(moved, expected, rtol=1e-5)
+
+
+def test_forces_on_a_curved_edge_have_their_moment(tmp_path):
+    """Where nodes lie in the middle of edges, too: 1/6, 4/6 and 1/6 of a shear of an arc. The first
+    node is held."""
+    along = ["*CLOAD"]
+    for at, size in ((1, 1.0), (2, 4.0), (3, 2.0), (4, 4.0), (5, 2.0), (6, 4.0), (7, 1.0)):
+        turn = (at - 1) * np.pi / 12.0
+        along += [f"OUT{at}, 1, {-size * np.sin(turn)}", f"OUT{at}, 2, {size * np.cos(turn)}"]
+    deck = ring("*BOUNDARY", "START, 1, 2", *along)
+    rows = [line.split(",") for line in deck.split("\n")[1:19]]
+    outer = sorted(
+        (np.arctan2(float(y), float(x)), n)
+        for n, x, y in rows
+        if float(x) ** 2 + float(y) ** 2 > 3.9
+    )
+    for at, (_, number) in enumerate(outer, 1):
+        deck = deck.replace(f"OUT{at},", f"{number},")
+    problem, notes = converted(tmp_path, deck)
+    assert not notes
+    solution = solve(problem)
+    (mesh,), (body,) = solution.meshes.values(), solution.last.bodies.values()
+    held = mesh.nodes_of("START")
+    force = mesh.weight[held, None] * body.traction[held]
+    moment = np.sum(mesh.x[held, 0] * force[:, 1] - mesh.x[held, 1] * force[:, 0])
+    assert moment == pytest.approx(-2.0 * 17.0, rel=1e-3)
