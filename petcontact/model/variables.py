@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,13 @@ from ..errors import InputError
 from ..given.expressions import FUNCTIONS, parse_expression, plain_value
 from ..given.tables.mistakes import WORD, shown
 from ..given.tables.model_tree import Class, models_below
-from ..runtime.hints import number_refused
+from ..runtime.hints import nearest, number_refused
 from ..untyped import Keyed
 
 TAKEN = frozenset(("x", "y", "z", "nx", "ny", "nz", "s", "pi", "e", *FUNCTIONS))
 """Names that expressions know already."""
+Replaced = Callable[[str, str], Any]
+"""What a text at a place of the file stands for."""
 WORDS = re.compile(r"(?<![\w.])[^\W\d]\w*")
 
 
@@ -45,52 +47,78 @@ def with_values(data: Keyed, models: tuple[Class, ...], source: str) -> Keyed:
     for name, value in given.items():
         key = f"{source}: variables.{name}"
         if not re.fullmatch(WORD, name) or "." in name or name in TAKEN:
-            raise InputError(f"{key}: must be a word that expressions do not know yet")
+            known = f"; expressions know {name} already" if name in TAKEN else ""
+            raise InputError(f"{key}: must be a word of letters, digits and _{known}")
+        _demand_names(value, given, frozenset(), key)
         value = _replaced(value, values) if isinstance(value, str) else value
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not number or not math.isfinite(value):
             refused = number_refused(value) if isinstance(value, str) else ""
             raise InputError(
                 f"{key}: must be a number or an expression of those before it, got {shown(value)}"
-                f"{refused and f'; {refused}'}"
+                f"{f'; {refused}' if refused else nearest(value, [])}"
             )
         values[name] = value
-    keys = _numeric(models)
+    keys, words = _numeric(models)
     rest = {key: value for key, value in data.items() if key != "variables"}
-    return {**_walked(rest, values, keys), "variables": values}
+
+    def replaced(text: str, place: str) -> Any:
+        _demand_names(text, values, words, f"{source}: {place}")
+        return _replaced(text, values)
+
+    return {**_walked(rest, replaced, keys), "variables": values}
 
 
 @functools.cache
-def _numeric(models: tuple[Class, ...]) -> frozenset[str]:
-    """Keys that take a number, alone or in arrays and tables."""
-    return frozenset(
-        name
+def _numeric(models: tuple[Class, ...]) -> tuple[frozenset[str], frozenset[str]]:
+    """Keys that take a number, alone or in arrays and tables, and all words that are keys or
+    values."""
+    fields = [
+        (name, str(field.annotation))
         for root in models
         for model in models_below(root)
         for name, field in model.model_fields.items()
-        if re.search(r"\b(float|int|Callable)\b", str(field.annotation))
-    )
+    ]
+    words = {word for _, kind in fields for word in re.findall(r"'(\w+)'", kind)}
+    keys = {name for name, kind in fields if re.search(r"\b(float|int|Callable)\b", kind)}
+    return frozenset(keys), frozenset({*words, *(name for name, _ in fields)})
 
 
-def _walked(table: object, values: Mapping[str, float], keys: frozenset[str]) -> Any:
+def _walked(table: object, replaced: Replaced, keys: frozenset[str], place: str = "") -> Any:
     """The data with the values of expressions; `keys` are those that take numbers."""
     if isinstance(table, list):
-        return [_walked(each, values, keys) for each in table]
+        return [_walked(each, replaced, keys, f"{place}[{k}]") for k, each in enumerate(table)]
     if not isinstance(table, dict):
         return table
     return {
-        key: _in_numbers(value, values, keys) if key in keys else _walked(value, values, keys)
+        key: (_in_numbers if key in keys else _walked)(
+            value, replaced, keys, f"{place}.{key}".removeprefix(".")
+        )
         for key, value in table.items()
     }
 
 
-def _in_numbers(value: object, values: Mapping[str, float], keys: frozenset[str]) -> object:
+def _in_numbers(value: object, replaced: Replaced, keys: frozenset[str], place: str) -> object:
     if isinstance(value, list):
-        return [_in_numbers(each, values, keys) for each in value]
+        return [_in_numbers(each, replaced, keys, f"{place}[{k}]") for k, each in enumerate(value)]
+    if isinstance(value, dict) and keys & value.keys():
+        return _walked(value, replaced, keys, place)
     if isinstance(value, dict):
-        taken = {name: _in_numbers(each, values, keys) for name, each in value.items()}
-        return taken if not keys & value.keys() else _walked(value, values, keys)
-    return _replaced(value, values) if isinstance(value, str) else value
+        return {
+            name: _in_numbers(each, replaced, keys, f"{place}.{name}")
+            for name, each in value.items()
+        }
+    return replaced(value, place) if isinstance(value, str) else value
+
+
+def _demand_names(text: object, variables: Iterable[str], words: frozenset[str], key: str) -> None:
+    """Refuse a word of an expression that is near a variable and nothing else."""
+    if not isinstance(text, str) or number_refused(text):
+        return
+    known = {*variables, *TAKEN, *words}
+    for word in (word for word in WORDS.findall(text) if word not in known):
+        if (hint := nearest(word, [*variables])).startswith(","):
+            raise InputError(f"{key}: unknown name {shown(word)} in expression {shown(text)}{hint}")
 
 
 def _replaced(text: str, values: Mapping[str, float]) -> Any:

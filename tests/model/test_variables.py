@@ -74,7 +74,10 @@ def test_nothing_is_varied_by_what_nothing_depends_on(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("t = 2.0", "x = 2.0", "variables.x: must be a word that expressions do not know"),
+        ("t = 2.0", "x = 2.0", "variables.x: must be a word .*; expressions know x already"),
+        ("t = 2.0", 'thick = 2.0\nt = "thik"', "variables.t: unknown name 'thik' in .*'thick'"),
+        ("t = 2.0", 't = 2.0\nhole_d = 1.0\nwidth = "2*hole"', "variables.width: .*'hole_d'"),
+        ('element_size = "h"', 'element_size = "h + ht"', r"mesh.element_size: .*mean '(h|t)'"),
         ("t = 2.0", "t = true", "variables.t: must be a number or an expression of those before"),
         ("t = 2.0", "t = inf", "variables.t: must be a number or an expression of those before"),
         ('h = "t/4"', 'h = "q/4"', "variables.h: must be a number or an expression"),
