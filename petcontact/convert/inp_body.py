@@ -12,9 +12,10 @@ from ..arrays import Array
 from ..errors import InputError
 from ..round_off import SINGLE, WRITTEN
 from ..untyped import Keyed
+from .inp_changes import NOT_TURNED
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile
-from .inp_forces import linear_traction, loaded_faces, written
+from .inp_forces import linear_traction, loaded_faces, outward, written
 from .inp_statements import Statements
 
 FREE = "free"
@@ -55,6 +56,8 @@ class InpBody:
         Those of contact pairs.
     sets : set of str
         Node sets that hold a part.
+    rolling : set of str
+        Node sets that are held across their plane faces only.
     free : dict of corner nodes by face
         Faces on which loads act: they are not in contact, and not held in all components.
     inside : dict of (K, d) arrays by node
@@ -83,6 +86,7 @@ class InpBody:
         """Parts of faces that are not in contact: those on which the same sets hold and the same
         loads act."""
         holding = self._holding(faces)
+        self.rolling = self._rolling(holding)
         self.free = {f: faces[f] for f in faces if FREE in self._value(holding[f], -1)}
         loads = self._loads(self.free)
         says = {face: (holding[face], loads.get(face, self._none)) for face in faces}
@@ -108,6 +112,20 @@ class InpBody:
             face: tuple(name for name, numbers in members.items() if numbers.issuperset(nodes))
             for face, nodes in faces.items()
         }
+
+    def _rolling(self, holding: dict[Face, tuple[str, ...]]) -> set[str]:
+        """Return the sets that are held across their faces only; note others that are held along
+        turned axes."""
+        across, along = set[str](), set[str]()
+        for face, names in holding.items():
+            for name in self.reader.rollers.keys() & {*names}:
+                ways, nodes = self.reader.rollers[name], self.faces[face]
+                normal = np.pad(outward(self._at(nodes)), (0, 3 - self.dim))
+                flat = all(abs(ways[n] @ normal) > 1.0 - SINGLE for n in nodes if n in ways)
+                one = len(names) == 1 and ways.keys() >= {*nodes}
+                (across if flat and one else along).add(name)
+        self.reader.notes += [NOT_TURNED.format(name) for name in sorted(along)]
+        return across - along
 
     def _loads(self, free: dict[Face, tuple[int, ...]]) -> dict[Face, tuple[Load, ...]]:
         """Pressure and traction of faces at the end of each step; forces at nodes inside are at
@@ -183,7 +201,10 @@ class InpBody:
         return np.array([self.reader.file.nodes[node][: self.dim] for node in nodes])
 
     def _value(self, names: tuple[str, ...], step: int) -> list[float | str]:
-        """Return the values that sets hold at the end of a step, by component."""
+        """Return the values that sets hold at the end of a step, by component; none across
+        rollers."""
+        if self.rolling.issuperset(names) and names:
+            return []
         merged: dict[int, float | str] = {}
         for name in names:
             merged |= self.reader.held[step].get(name, {})
@@ -192,7 +213,9 @@ class InpBody:
     def conditions(self, step: int) -> Iterator[Keyed]:
         """Return the conditions of all parts at the end of a step."""
         for part, (names, loads) in self._says.items():
-            value = self._value(names, step)
+            if not (value := self._value(names, step)):
+                yield {"part": part}
+                continue
             acting = [_acting(loads[step], c) if value[c] == FREE else 0.0 for c in range(self.dim)]
             says: Keyed = {"value": acting}
             if names:
@@ -202,6 +225,11 @@ class InpBody:
             elif not any(any(pull) for _, pull in loads):
                 says = {"pressure": loads[step][0]}
             yield {"part": part, **says}
+
+    def _condition(self, names: tuple[str, ...]) -> str:
+        if not names:
+            return "traction"
+        return "symmetry" if self.rolling.issuperset(names) else "displacement"
 
     def volume(self, step: int) -> Keyed:
         """Return the `loads` at the end of a step."""
@@ -282,7 +310,7 @@ class InpBody:
         conditions = [
             {
                 "part": says["part"],
-                "condition": "displacement" if self._says[says["part"]][0] else "traction",
+                "condition": self._condition(self._says[says["part"]][0]),
             }
             | says
             for says in self.conditions(0)

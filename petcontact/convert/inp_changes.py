@@ -15,6 +15,7 @@ from .inp_keywords import Keyword
 
 SCALED = {"BOUNDARY": 3, "CLOAD": 2, "DLOAD": 2, "DSLOAD": 2, "TEMPERATURE": 1}
 """Which word of a line an amplitude scales."""
+NOT_TURNED = "*TRANSFORM of {}: turned axes are not taken; it is held along x, y and z"
 
 
 def gather(read: Any) -> None:
@@ -37,19 +38,32 @@ def gather(read: Any) -> None:
 
 
 def turn(read: Any) -> None:
-    """Take forces at nodes of turned axes along x, y and z; note what is held along such axes."""
+    """Take forces at nodes of turned axes along x, y and z; find the sets that one of these axes
+    holds, and note others that are held along them."""
     axes, file = _axes(read), read.file
     for step in read.forces:
         for node in {node for node, _ in step} & axes.keys():
             force = axes[node].T @ [step.pop((node, c), 0.0) for c in (1, 2, 3)]
             step |= {(node, c): value for c, value in enumerate(force, 1)}
-    solid = next(iter(file.elements.values()))[0].startswith("C3D")
-    for name, values in read.held[-1].items():
-        still = {freedom for freedom, value in values.items() if value in (0.0, HOLD)}
-        whole = still == values.keys() and still.issuperset((1, 2, 3) if solid else (1, 2))
-        if axes.keys() & {*file.members(name)} and not whole:
-            text = "turned axes are not taken; it is held along x, y and z"
-            read.notes.append(f"*TRANSFORM of {name}: {text}")
+    for name in read.held[-1]:
+        if axes.keys() & {*file.members(name)}:
+            _turn_held(read, name, axes)
+
+
+def _turn_held(read: Any, name: str, axes: dict[int, Array]) -> None:
+    """Take a set that is held along one of its axes for good; note others than those of which
+    nothing moves."""
+    values = read.held[-1][name]
+    still = {freedom for freedom, value in values.items() if value in (0.0, HOLD)}
+    solid = next(iter(read.file.elements.values()))[0].startswith("C3D")
+    if still == values.keys() and still.issuperset((1, 2, 3) if solid else (1, 2)):
+        return
+    if len(values) == len(still) == 1 and all(step.get(name) == values for step in read.held):
+        (freedom,) = values
+        own = {*read.file.members(name)} & axes.keys()
+        read.rollers[name] = {node: axes[node][freedom - 1] for node in own}
+    else:
+        read.notes.append(NOT_TURNED.format(name))
 
 
 def _axes(read: Any) -> dict[int, Array]:

@@ -97,6 +97,13 @@ def turning_traction(
     return _from_origin(traction[: 1 + dim, :dim], middle)
 
 
+def outward(corners: Array) -> Array:
+    """The unit normal of a straight line or a plane face, to either side."""
+    along = corners[1:] - corners[0]
+    normal = np.array([along[0, 1], -along[0, 0]]) if len(along) == 1 else np.cross(*along[:2])
+    return np.asarray(normal / np.linalg.norm(normal))
+
+
 def _from_origin(traction: Array, middle: Array) -> Array:
     """Return a linear traction by its value at the origin in place of that in the middle."""
     return np.vstack([traction[0] - middle @ traction[1:], traction[1:]])

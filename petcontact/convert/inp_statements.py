@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..arrays import LARGEST_NUMBER
+from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
 from ..given.posed import HOLD
 from ..untyped import Keyed
@@ -128,6 +128,8 @@ class Statements:
         Surfaces of pairs and loads.
     names : dict
         Of the last material and interaction.
+    rollers : dict of dicts by node set
+        Unit vectors by node, along each of which it is held and across which it is free.
     renewed : set of (int, str)
         Kinds of loads that a step, by its number, has taken away with OP=NEW.
     steps : list of str
@@ -153,6 +155,7 @@ class Statements:
     volume: list[dict[int, Keyed]] = field(default_factory=lambda: [{}])
     warmed: list[dict[int, float]] = field(default_factory=lambda: [{}])
     initial: dict[int, float] = field(default_factory=dict)
+    rollers: dict[str, dict[int, Array]] = field(default_factory=dict)
     renewed: set[tuple[int, str]] = field(default_factory=set)
     covering: dict[str, set[int]] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)

@@ -68,3 +68,28 @@ def test_a_name_that_is_none_is_told(old: str, new: str, said: str, tmp_path: Pa
     except ValueError as error:
         told = str(error)
     assert said in told
+
+
+@pytest.mark.parametrize(
+    ("freedom", "taken"), [("1", True), ("2", False), ("1, 2", True), ("1, 1, 0.1", False)]
+)
+def test_a_face_that_is_held_along_its_turned_normal_is_a_roller(
+    freedom: str, taken: bool, tmp_path: Path
+) -> None:
+    """A square that is turned by 30 degrees, pressed on its roller."""
+    part, number = grid([0.0, 0.0], [2.0, 2.0], [2, 2], 1, 1, "CPE4", "ALL")
+    up = np.array([-0.5, np.sqrt(0.75)])
+    text = [
+        *("*Part, name=A", *part, *sets("Foot", number, 1, 0)),
+        *("*Surface, name=Head", "2, S3", "4, S3", "*Solid Section, elset=ALL, material=M"),
+        *("*End Part", "*Assembly", "*Instance, name=I, part=A", "0., 0.", "0, 0, 0, 0, 0, 1, 30"),
+        *("*End Instance", "*End Assembly", "*Material, name=M", "*Elastic", f"{E}, 0."),
+        *("*Transform, nset=I.Foot", f"{up[0]}, {up[1]}, 0., {-up[1]}, {up[0]}, 0."),
+        *("*Step", "*Boundary", f"I.Foot, {freedom}", "*Dload", "I.Head, P, 5.", "*End Step"),
+    ]
+    problem, notes = converted(tmp_path, "\n".join(text))
+    assert (notes == []) == taken
+    if taken:
+        solution = solve(problem)
+        (mesh,), (body,) = solution.meshes.values(), solution.last.bodies.values()
+        assert np.allclose(body.u @ up, -5.0 / E * (mesh.x @ up), atol=1e-8)

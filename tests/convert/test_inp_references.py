@@ -155,4 +155,4 @@ def test_forces_along_turned_axes(axes: str, tmp_path: Path) -> None:
     size = 14.0 / np.hypot(14.0, 1.0) if "C" in axes[:8] else -1.0
     assert not notes
     assert at_foot(solve(problem))[0] == pytest.approx([0.0, 2.0 * size], abs=1e-3)
-    assert "*TRANSFORM of HEAD" in column(tmp_path, "CPE4", turned, "*BOUNDARY\nHEAD, 1")[1][0]
+    assert "*TRANSFORM of HEAD" in column(tmp_path, "CPE4", turned, "*BOUNDARY\nHEAD, 2")[1][0]
