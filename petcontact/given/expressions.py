@@ -88,6 +88,8 @@ def _reason(text: str, error: Exception) -> str:
         return refused
     if re.search(r"\d\s*[a-z(]|\)\s*[\w(]", text):
         return PRODUCT
+    if re.search(r"\|[^|]+\|", text):
+        return "a size is written abs(x)"
     return f"cannot be read ({getattr(error, 'msg', None) or str(error) or 'nested too deeply'})"
 
 

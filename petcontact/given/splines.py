@@ -30,9 +30,9 @@ class Spline(Given):
     >>> gap = as_given(Points(np.column_stack([x, x**2])), "gap")
     >>> gap.at(Sites(np.array([[0.3, 5.0]]))).round(12).tolist()
     [0.09]
-    >>> gap.at(Sites(np.array([[2.0, 5.0]])))
+    >>> gap.at(Sites(np.array([[2.0, 5.0]]))) # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    petcontact.errors.InputError: gap: its points reach from x = -1 to 1, asked for at x = 2
+    petcontact.errors.InputError: gap: its points reach from x = -1 to 1, asked for at x = 2; an ...
     """
 
     rough = False
@@ -51,7 +51,8 @@ class Spline(Given):
             if away.max(initial=0.0) > WRITTEN * (high - low)[c]:
                 raise InputError(
                     f"{self.key}: its points reach from {name} = {low[c]:g} to {high[c]:g}, asked "
-                    f"for at {name} = {places[away.argmax(), c]:g}"
+                    f"for at {name} = {places[away.argmax(), c]:g}; an obstacle of the shape "
+                    '"points" may be narrower than the part'
                 )
         return np.asarray(self._spline(*inside.T))
 

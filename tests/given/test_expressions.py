@@ -60,6 +60,7 @@ def test_values(text, wanted):
         ("sin(x, y)", "sin takes 1 value"),
         ("sin(x, out=y)", "only numbers, names"),
         ("1j * x", "only numbers"),
+        ("2 * |x|", r"a size is written abs\(x\)"),
         (lambda x: 1 / 0, "function <lambda> fails with ZeroDivisionError: division by zero"),
         ("0,2", "'0,2'; a number has a decimal point, not a comma: 0.2"),
     ],
