@@ -71,5 +71,6 @@ def _volume_load(read: Any, keyword: Keyword, kind: str, row: Sequence[str]) -> 
         if size < 0.0:
             raise read.error(keyword, f"CENTRIF: ω² is not negative, got {size:g}")
         loads = {"angular_velocity": math.sqrt(size), "centre": way[:3], "axis": way[3:]}
-    for number in read.file.members(row[0], "ELSET"):
+    # without a set it is that of the whole model
+    for number in read.file.members(row[0], "ELSET") if row[0] else read.file.elements:
         read.volume[-1][number] = read.volume[-1].get(number, {}) | loads

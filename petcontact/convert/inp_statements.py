@@ -55,6 +55,10 @@ CHANGING: dict[str, tuple[str, ...]] = {
     "NLGEOM": ("NO",),
     "STICK SLOPE": (),
     "SLIP TOLERANCE": (),
+    "USER": (),
+    "SUBMODEL": (),
+    "TIME DELAY": (),
+    "LOAD CASE": ("1",),
 }
 """Parameters that change what a keyword says, and their values that do not."""
 MEANT = {

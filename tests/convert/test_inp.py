@@ -135,6 +135,7 @@ LOST = "without a face that is neither held nor in contact; not taken"
             "*EQUATION: ties displacements of nodes to each other: not taken (2 times)",
         ),
         ("*BOUNDARY, TYPE=VELOCITY/FOOT, 1", "*BOUNDARY: TYPE=VELOCITY; not taken"),
+        ("*BOUNDARY, USER/FOOT, 1", "*BOUNDARY: USER; not taken"),
         ("*CONTACT PAIR, INTERACTION=RUB/HIGH", "contact of a surface with itself; not taken"),
         ("*FRICTION/0.3, 0.0/0.2, 1.0", "slip rate, pressure or temperature; the first is taken"),
         ("*ELEMENT, TYPE=B31/99, 1, 2", "*ELEMENT, TYPE=B31: not taken"),
