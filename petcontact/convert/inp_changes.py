@@ -93,6 +93,7 @@ def renew(read: Any, keyword: Keyword) -> None:
         read.held[-1] = {name: {} for name in read.held[-1]}
     elif kind == "DLOAD":
         read.pressed[-1], read.tractions[-1], read.volume[-1] = {}, {}, {}
+        read.pressing.clear()
     elif kind == "CLOAD":
         read.forces[-1] = {key: 0.0 for step in read.forces for key in step}
     elif kind == "TEMPERATURE":

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from ..untyped import Keyed
+from .inp_elements import count
+from .inp_file import Face
 from .inp_keywords import Keyword
 
 
@@ -35,8 +37,8 @@ def read_load(read: Any, keyword: Keyword) -> None:
         whole = read.surfaces.keys() - read.covering.keys() - read.file.elsets.keys()
         pressed = kind[:1] == "P" and (kind == "P" or kind[1:].isdecimal())
         if pressed and row[0].upper() in whole:
-            read.used.add(row[0].upper())
-            faces = read.surfaces[row[0].upper()]
+            read.used.add(source := row[0].upper())
+            faces = read.surfaces[source]
         elif kind in ("GRAV", "CENTRIF", "BX", "BY", "BZ"):
             _volume_load(read, keyword, kind, row)
             continue
@@ -44,11 +46,23 @@ def read_load(read: Any, keyword: Keyword) -> None:
             _pull(read, keyword, row)
             continue
         elif kind[:1] == "P" and kind[1:].isdecimal():
+            source = ""
             faces = read.faces(keyword, row[0], read.file.members(row[0], "ELSET"), kind)
         else:
             read.note(keyword, f"load {kind or 'missing'} on {row[0]}; not taken")
             continue
         read.pressed[-1] |= dict.fromkeys(faces, read.floats(keyword, row[2:3])[0])
+        _note_second(read, keyword, faces, source)
+
+
+def _note_second(read: Any, keyword: Keyword, faces: list[Face], source: str) -> None:
+    """Note faces that another surface presses already: Abaqus adds, CalculiX takes the last."""
+    if twice := [face[0] for face in faces if read.pressing.get(face, source) != source]:
+        name = source or "the pressure"
+        read.note(
+            keyword, f"{name}: {count(twice, 'element')} that another surface presses; it is taken"
+        )
+    read.pressing |= dict.fromkeys(faces, source)
 
 
 def _pull(read: Any, keyword: Keyword, row: Sequence[str]) -> None:
@@ -64,7 +78,8 @@ def _pull(read: Any, keyword: Keyword, row: Sequence[str]) -> None:
 
 def _volume_load(read: Any, keyword: Keyword, kind: str, row: Sequence[str]) -> None:
     size, *way = read.floats(keyword, (*row[2:9], *[""] * 7)[:7])
-    loads: Keyed = {"acceleration": [size * c for c in way[:3]]}
+    long = math.hypot(*way[:3]) or 1.0
+    loads: Keyed = {"acceleration": [size * c / long for c in way[:3]]}
     if kind[0] == "B":
         loads = {f"force_{kind[1].lower()}": size}
     if kind == "CENTRIF":

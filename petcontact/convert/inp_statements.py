@@ -118,6 +118,8 @@ class Statements:
         At the end of each step, values by degree of freedom from 1 [length], or "hold".
     pressed, tractions : lists of dicts by face
         At the end of each step, tractions as `linear_traction` has them [stress].
+    pressing : dict of str by face
+        The surface that presses it last, "" of an element's own pressure.
     forces : list of dicts by node and degree of freedom
         At the end of each step, those of middle nodes on the corners beside them [force].
     volume : list of dicts by element
@@ -155,6 +157,7 @@ class Statements:
     held: list[dict[str, dict[int, float | str]]] = field(default_factory=lambda: [{}])
     pressed: list[dict[Face, float]] = field(default_factory=lambda: [{}])
     tractions: list[dict[Face, Any]] = field(default_factory=lambda: [{}])
+    pressing: dict[Face, str] = field(default_factory=dict)
     forces: list[dict[tuple[int, int], float]] = field(default_factory=lambda: [{}])
     volume: list[dict[int, Keyed]] = field(default_factory=lambda: [{}])
     warmed: list[dict[int, float]] = field(default_factory=lambda: [{}])

@@ -72,13 +72,23 @@ def test_what_is_fixed_stays_where_it_is(tmp_path: Path) -> None:
 def test_new_loads_take_the_place_of_old_ones(tmp_path: Path) -> None:
     problem, notes = deck(
         tmp_path,
-        "*DLOAD\nTOP, P, 2.\nALL, GRAV, 4., 0., -1.",
+        "*DLOAD\nTOP, P, 2.\nALL, GRAV, 4., 0., -2.",
         "*DLOAD, OP=NEW\nTOP, P, 3.\nTOP, P, 3.",
         first="*MATERIAL, NAME=M\n*DENSITY\n1.\n",
     )
     assert not notes
     # the weight moves the head by half of what its resultant would
     assert raised(problem) == pytest.approx([-0.002 - 0.002, -0.003], rel=1e-5)
+
+
+def test_a_second_pressure_on_a_face_is_told(tmp_path: Path) -> None:
+    """Programs differ: Abaqus adds those of two surfaces, CalculiX takes the last."""
+    lid = "*SURFACE, NAME=LID\nALL, S3\n"
+    problem, notes = deck(
+        tmp_path, "*DSLOAD\nTOP, P, 2.\nLID, P, 1.", "*DSLOAD\nLID, P, 3.", first=lid
+    )
+    assert len(notes) == 1 and "LID: 1 element (1) that another surface presses" in notes[0]
+    assert raised(problem) == pytest.approx([-0.001, -0.003], rel=1e-6)
 
 
 def test_conditions_and_forces_are_renewed_too(tmp_path: Path) -> None:
