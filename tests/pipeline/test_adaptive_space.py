@@ -158,3 +158,17 @@ def test_numbers_gain_from_band_to_band_what_bands_gain(monkeypatch):
     assert estimate.all == pytest.approx([0.01 / SHRINK, 0.01]) and estimate.error < 0.0101
     by_tails = TailErrors(fine).error()
     assert by_tails[0] > 0.1 and by_tails[1] - estimate.resultants > 0.01
+
+
+def test_the_surface_beside_a_pressed_ball_is_stressed_as_hertz_has_it():
+    """σ_r = (1 - 2ν) p_0 a²/(3 r²) outside of contact, with a = p_0 = 1 and ν = 0.3. Jumps of u
+    between panels of other orders or widths were stresses of 0.05 there."""
+    block = solid("block", cuboid([-10.0] * 3, [10.0, 10.0, 0.0]), moved("bottom", [0.0] * 3))
+    ball = {"name": "ball", "displacement": [0, 0, "free"], "force": [0, 0, -2.0 * np.pi / 3.0]}
+    gap = f"{0.25 * np.pi * (1.0 - 0.3**2)}*(x**2 + y**2)"
+    pair = touching("pair", "block.top", "ball", gap=gap)
+    solution = adapt(problem(body=[block], obstacle=[ball], contact=[pair]), 0.05)
+    r, angle = np.linspace(1.05, 2.5, 30), np.linspace(0.0, 2.0 * np.pi, 30)
+    x = np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.0 * r])
+    found = solution.state_at(x, part="top").first_principal
+    assert np.abs(found - 0.4 / (3.0 * r**2)).max() < 0.025

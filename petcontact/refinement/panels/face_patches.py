@@ -115,7 +115,11 @@ def _rectangle(
     zone: ContactEllipse,
     sector: float,
 ) -> Iterator[Patch]:
-    """Yield a patch on the face of a box: a rectangle, with rectangles around it."""
+    """Yield a patch on the face of a box: a rectangle, with rectangles around it.
+
+    Those that touch it have its order, 2: they jump less, and what jumps beside small panels is
+    stress there.
+    """
     number = mesh.part_names.index(part)
     on_face = mesh.part == number
     low, high = (corner[on_face] for corner in mesh.boxes)
@@ -134,11 +138,11 @@ def _rectangle(
         result[..., uv] = points
         return result
 
-    around = placed(_corners(_rectangles_around(face, patch, centre)))
-    corners = np.concatenate([mesh.corners[~on_face], around])
+    around = _rectangles_around(face, patch, centre)
+    touching = np.all((around[:, 0] <= patch[1]) & (around[:, 1] >= patch[0]), axis=1)
     rest = SurfaceMesh(
-        corners,
-        np.append(mesh.order[~on_face], np.ones(len(around), dtype=int)),
+        np.concatenate([mesh.corners[~on_face], placed(_corners(around))]),
+        np.append(mesh.order[~on_face], 1 + touching),
         np.append(mesh.part[~on_face], np.full(len(around), number)),
         mesh.part_names,
         np.concatenate([mesh.middles[~on_face], np.full((len(around), 5, 3), np.nan)]),

@@ -21,8 +21,10 @@ from .zone import STRIP, ContactEllipse
 
 CORE, SHRINK = 0.5, 0.4
 """`CORE` is the radius of the core over that of the zone [-]. `SHRINK` is the distance of a ring's
-outer side from the edge over that of its inner side, and the width of a ring outside of the zone
-over that of the next outer one."""
+outer side from the edge over that of its inner side."""
+FRAMES = 4.0
+"""Width of a ring or a frame outside over that of the next inner one [-]. With 2.5 and with 4 the
+error of p of a rigid roller, 1000 half-widths long, was 1.45 and 1.44 %."""
 SECTOR, LONG = np.pi / 6.0, 5.0
 """`SECTOR` is about the angle of a panel [rad], `LONG` the largest ratio of length to width at the
 edge. On longer panels of order 2 single nodes at the edge were closed, and others open. p was wrong
@@ -38,7 +40,7 @@ DISTORTED = 8.0
 def ringed(
     patch: Patch, zone: ContactEllipse, rings: int, stick: ContactEllipse | None = None
 ) -> SurfaceMesh | None:
-    """Return the mesh with a patch filled by rings around a zone, of order 2 in it and 1 outside.
+    """Return the mesh with a patch filled by rings around a zone, of order 2 but beside sticking.
 
     In the zone's coordinates it is the unit disc. Its core has panels in a grid. Rings lead from
     the core to the edge, and from the edge to the rim of the patch.
@@ -79,7 +81,8 @@ def ringed(
     around = np.concatenate([inside, outside])
     around = np.append(around, around[:, :1], axis=1)
     grids = [cells_of(filled), *(cells_of(around[k : k + 3]) for k in range(0, len(around) - 1, 2))]
-    orders = [2, *orders, *(len(grids) - len(orders) - 1) * [1]]
+    # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p there
+    orders = [2, *orders, *(len(grids) - len(orders) - 1) * [2]]
     new = np.concatenate(grids)
     if not np.all(QuadraticCells(new).distortion < DISTORTED):
         return None
@@ -133,17 +136,15 @@ def _inside(
         near = [edge + width / (1.0 - radius) * (disc - edge) for width in NARROW]
         curves, orders = [core, *near], [2] + (len(near) - 1) * [1]
     curves += _graded(curves[-1], disc, rings)[1:]
-    # one ring outside of the zone has order 2: jumps of u next to narrow panels cause pressures
-    return np.array([*curves, disc]), [*orders, *(rings + 1) * [2]]
+    return np.array([*curves, disc]), [*orders, *rings * [2]]
 
 
 def _widths(lines: Array, reach: Array) -> Array:
     """Return the ends (n,) of rings between the edge and a rim, over their distance [-]."""
     narrow = np.linalg.norm(lines[-1] - lines[-2], axis=1).min()
-    growth = 1.0 / SHRINK
-    steps = np.log1p((reach.max() - 1.0) * (growth - 1.0) / (2.0 * narrow)) / np.log(growth)
+    steps = np.log1p((reach.max() - 1.0) * (FRAMES - 1.0) / narrow) / np.log(FRAMES)
     number = max(1, int(steps))
-    return (growth ** np.arange(number + 1) - 1.0) / (growth**number - 1.0)
+    return (FRAMES ** np.arange(number + 1) - 1.0) / (FRAMES**number - 1.0)
 
 
 def _outside(patch: Patch, edge: Array, share: Array) -> Array:
