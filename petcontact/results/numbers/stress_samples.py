@@ -58,6 +58,11 @@ ROUND = 25
 """Places on the arc about a place without a bound, first from side to side, then about the best."""
 
 
+def _power(fits: Sequence[Fit]) -> float:
+    """The power of the distance with which what grows most does so [-]."""
+    return min(fit.power for fit in fits)
+
+
 class Samples(Keeping):
     """Stress of a body after a step at samples: on its boundary first, then inside."""
 
@@ -69,6 +74,7 @@ class Samples(Keeping):
         self._found = dict[str, Array]()
         mesh = self._fields.mesh
         self._reach = {each: each.reach(mesh) for each in self.places}
+        self._cores = dict[Place, float]()
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
         inside = inside[~self._too_near(inside)]
@@ -96,16 +102,20 @@ class Samples(Keeping):
         """Find the places where stress has no bound, beside the largest von Mises stress elsewhere.
 
         These leave out what is nearer than where the stress beside them is told, or in elements
-        that end there; others nothing: of these it is known that no more than `ADDS` grows."""
+        that end there. Of others it is known that no more than `ADDS` grows up to there. They leave
+        out what lies so near that more may, if elements are smaller than that."""
         for place in self.places:
             own = known(self._solution, self._step, place)
             if not own or len(own) < sum(len(each.modes) for each in place.expansions):
                 continue
             ring = self._ring("von_mises", place) - told_at(own, "von_mises")
-            if min(self._gained(place, own), sum(fit.most for fit in own)) <= ADDS * max(
-                bound, self._least, ring
-            ):
+            most = ADDS * max(bound, self._least, ring)
+            grown = min(self._gained(place, own), sum(fit.most for fit in own))
+            if grown <= most:
                 del self._reach[place]
+                core = place.distance * (grown / most) ** (-1.0 / _power(own))
+                if place.end_size(self._fields.mesh) < core:
+                    self._cores[place] = core
 
     def _gained(self, place: Place, own: Sequence[Fit]) -> float:
         """What may grow towards a place as some fits do, at its distance, by how much more stress
@@ -122,7 +132,7 @@ class Samples(Keeping):
             return np.inf
         before = coarser.body_fields(self.body, ends[-1]).on_boundary(element, there).von_mises
         gain = np.abs(self._values("von_mises")[rows] - before).max()
-        power = min(fit.power for fit in own)
+        power = _power(own)
         return float(gain * (place.distance / size.max()) ** power / (2.0**-power - 1.0))
 
     def endless(self, key: str) -> list[tuple[float, Place]]:
@@ -300,11 +310,9 @@ class Samples(Keeping):
 
     def _leaves_out(self, x: Array, times: float) -> Mask:
         """Which points (q, d) lie nearer to places without a bound than some times the distance at
-        which stress is told, or next to elements that end there."""
-        left_out = (
-            place.away(x) < max(reach, times * place.distance)
-            for place, reach in self._reach.items()
-        )
+        which stress is told, or next to elements that end there, or in the cores of others."""
+        beside = {place: max(reach, times * place.distance) for place, reach in self._reach.items()}
+        left_out = (place.away(x) < reach for place, reach in (beside | self._cores).items())
         return np.asarray(np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
 
     def _values(self, key: str) -> Array:
