@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, touching
+from shapes import cuboid, drawn, moved, outline, problem, rectangle, rollers, solid, touching
 
 from petcontact import adapt, solve
 from petcontact.refinement.singular_points import corner_exponents
@@ -125,6 +125,28 @@ def test_stress_counts_at_edges_where_given_data_leave_none_without_a_bound():
         max(p.value[0] for p in peaks if name in p.name) for name in ("Mises", "first")
     )
     assert (mises, principal) == pytest.approx((4.8, 0.8 * np.sqrt(12.0)), rel=1e-2)
+
+
+def test_stress_next_to_a_corner_that_adds_nothing_where_stress_is_told_does_not_count():
+    """A narrow load makes the largest stress. At the reentrant corner of two parts that stick K is
+    small, and in elements of 1e-5 beside it stress is as large as K r^(λ-1) is uncertain."""
+    ends = {
+        "loaded": (-5.72, 1.99),
+        "held": (-2.83, 1.12),
+        "low": (-2.80, 2.26),
+        "high": (-2.94, 3.43),
+    }
+    sides = drawn("loaded", [0.0, "-1.77/(1 + ((s - 2.01)/7.3e-3)**2)"]), moved("held", [0.0, 0.0])
+    held = {"condition": "contact", "normal": "bilateral"}
+    held_parts = (
+        {"part": "low", "friction_bound": 2.3e-3},
+        {"part": "high", "friction_bound": 3.2e-4},
+    )
+    body = solid("body", outline(**ends), *sides, *(held | part for part in held_parts))
+    body["material"] = {"young_modulus": 2.17, "poisson_ratio": 0.32, "plane": "stress"}
+    peaks = stress_peaks(adapt(problem(body=[body]), 1e-3))
+    assert [peak.value[0] for peak in peaks] == pytest.approx([2.1616, 0.38581], rel=1e-4)
+    assert all(np.linalg.norm(peak.place - [-4.72, 2.51]) < 0.02 for peak in peaks)
 
 
 def test_edges_of_a_body_are_there_where_smaller_panels_hang_on_larger_ones():
