@@ -149,6 +149,12 @@ def test_stress_next_to_a_corner_that_adds_nothing_where_stress_is_told_does_not
     assert all(np.linalg.norm(peak.place - [-4.72, 2.51]) < 0.02 for peak in peaks)
 
 
+def test_a_body_that_nothing_loads_has_no_stress_and_no_place_without_a_bound():
+    sides = moved("bottom", [0.0, 0.0]), drawn("top", [0.0, 0.0])
+    peaks = stress_peaks(adapt(problem(body=[solid("block", rectangle([0, 0], [1, 1]), *sides)])))
+    assert not any(peak.value.any() or np.isinf(peak.error) for peak in peaks)
+
+
 def test_edges_of_a_body_are_there_where_smaller_panels_hang_on_larger_ones():
     """A face with smaller panels meets four with larger ones."""
     mesh = {"element_size": 1.0, "element_sizes": {"bottom": 0.25}}
