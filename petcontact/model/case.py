@@ -10,6 +10,7 @@ from typing import Any
 from ..errors import InputError
 from ..given.tables.base import Model, parse
 from ..given.tables.solver_options import Bem, MeshOptions, Method
+from ..given.tables.validated import validated
 from ..runtime.file_kinds import known_kind, like
 from ..runtime.hints import demand_name
 from ..untyped import Keyed
@@ -50,6 +51,22 @@ def read_toml(path: str | Path, own: Sequence[str] = ("material", "body")) -> Ke
         raise
     except ValueError:  # a null byte, which no file name has
         raise InputError(f"{str(path)!r}: is no file name") from None
+
+
+def checked_problem(given: Problem | str | Path) -> Problem:
+    """A problem from Python, or from the TOML file of that name, all values of which are checked.
+
+    Raises
+    ------
+    InputError
+        One line: file, key, what was given, what is allowed.
+    """
+    problem = load(given) if isinstance(given, str | Path) else given
+    if not isinstance(problem, Problem):
+        raise InputError(
+            f"a Problem or the name of a TOML file is expected, got {type(problem).__name__}"
+        )
+    return validated(problem)
 
 
 def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Problem:

@@ -15,10 +15,10 @@ from ..contact.methods.registry import GivenMethod
 from ..contact.rho_rules import Rule
 from ..errors import InputError
 from ..given.tables.solver_options import Method
-from ..given.tables.validated import validated
-from ..model.case import load
+from ..model.case import checked_problem
 from ..model.problem import Problem
 from ..results.solution import Solution
+from ..runtime.hints import demand_functions
 from ..runtime.petsc import unused_options
 from ..runtime.petsc_options import refused_in_config
 from ..runtime.ranks import alone, shared_solve
@@ -112,6 +112,7 @@ def solve(
 
     def call() -> Callable[[], Mapping[str, object]]:
         nonlocal problem, method
+        demand_functions(monitor=monitor, announce=announce, reached=reached)
         problem, method = posed(*posing, petsc_options)
         return functools.partial(described, problem, method=method, rule=rule, law=law)
 
@@ -178,13 +179,7 @@ def posed(
     petsc_options: Mapping[str, str | int | float | bool] | None,
 ) -> tuple[Problem, GivenMethod | None]:
     """The problem with a method and options over its own, and the method where that is no table."""
-    if isinstance(problem, str | Path):
-        problem = load(problem)
-    if not isinstance(problem, Problem):
-        raise InputError(
-            f"a Problem or the name of a TOML file is expected, got {type(problem).__name__}"
-        )
-    problem = validated(problem)
+    problem = checked_problem(problem)
     changes: Keyed = {}
     if isinstance(method, str):
         method = Method(**{**problem.method.model_dump(exclude_unset=True), "name": method})

@@ -158,8 +158,8 @@ def check_accuracy(accuracy: float) -> None:
     ValueError
         If the accuracy does not lie in (0, 1).
     """
-    if not 0.0 < accuracy < 1.0:
-        raise ValueError(f"the accuracy lies between 0 and 1, got {accuracy}")
+    if not (isinstance(accuracy, int | float) and 0.0 < accuracy < 1.0):
+        raise ValueError(f"the accuracy lies between 0 and 1, got {accuracy!r}")
 
 
 def believed(differences: list[float]) -> float:

@@ -22,6 +22,13 @@ UNIT = re.compile(
 """A number, and what is no variable of ours."""
 
 
+def demand_functions(**given: object) -> None:
+    """Refuse what is given for a function and cannot be called; None is no function."""
+    for name, function in given.items():
+        if not (function is None or callable(function)):
+            raise InputError(f"{name}: a function is expected, got {type(function).__name__}")
+
+
 def known_key(key: Any, fields: Container[str], given: Container[Any]) -> Any:
     """A key, or its other spelling where a table has that one and it is not given, too.
 

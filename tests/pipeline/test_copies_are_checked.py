@@ -107,3 +107,22 @@ def test_random_values_are_solved_or_refused_by_their_key():
             assert key.partition(".")[2] in str(refused), (key, value, refused)
         else:
             assert solution.status in ("converged", "not converged", "failed"), (key, value)
+
+
+@pytest.mark.parametrize("door", [solve, adapt])
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (((1, 2),), "a Problem or the name of a TOML file is expected, got tuple"),
+        (("no_such_file.toml",), "no_such_file.toml: cannot be read"),
+        *(
+            (("configs/example1.toml", name), f"{name}: a function is expected, got int")
+            for name in ("monitor", "announce", "reached")
+        ),
+        (("configs/example1.toml", "law"), "law: int has no k, groups, project"),
+    ],
+)
+def test_what_is_no_problem_no_function_and_no_law_is_refused_by_name(door, given, said):
+    problem, *names = given
+    with pytest.raises(InputError, match=said):
+        door(problem, **dict.fromkeys(names, 4))

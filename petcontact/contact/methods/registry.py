@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import copy
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from typing import cast
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from ...record import record
 from ...runtime.ranks import answered, is_shared
 from .. import laws
 from ..iteration import ContactMethod
-from ..law_protocol import ContactLaw
+from ..law_protocol import ContactLaw, GivenLaw
 from ..rho_rules import Rule, rule_of
 
 GivenMethod = Method | str | type | ContactMethod
@@ -110,9 +111,7 @@ class ContactNodes:
     law: ContactLaw
 
 
-def law_of(
-    law: ContactLaw | Callable[[ContactNodes], ContactLaw] | None, nodes: ContactNodes
-) -> ContactLaw:
+def law_of(law: GivenLaw | None, nodes: ContactNodes) -> ContactLaw:
     """Return the law: that of the problem, the user's object, or the result of a function of the
     nodes.
 
@@ -123,6 +122,34 @@ def law_of(
     """
     if law is None:
         return nodes.law
+    checked = made_law(law, nodes)
+    shape = len(nodes.weight), nodes.law.k
+    if checked.k != nodes.law.k:
+        raise InputError(
+            f"law: {type(checked).__name__} has k = {checked.k}; this contact has {nodes.law.k} "
+            f"components a node"
+        )
+    try:
+        fits = np.shape(checked.project(np.zeros(shape))) == shape
+    except ValueError:
+        fits = False
+    if not fits:
+        raise InputError(
+            f"law: {type(checked).__name__} does not project tractions of shape {shape}, m nodes "
+            "of k components"
+        )
+    own = type(checked).__module__ != laws.__name__
+    return _answering_first(checked) if own and is_shared() else checked
+
+
+def made_law(law: GivenLaw, nodes: ContactNodes) -> ContactLaw:
+    """Return the user's law, or the result of a function of the nodes.
+
+    Raises
+    ------
+    InputError
+        If it lacks a member of `ContactLaw`.
+    """
     missing = [name for name in LAW_MEMBERS if not hasattr(law, name)]
     if callable(law) and len(missing) == len(LAW_MEMBERS):
         law = law(nodes)
@@ -132,24 +159,7 @@ def law_of(
             f"law: {type(law).__name__} has no {', '.join(missing)}; a law has "
             f"{', '.join(LAW_MEMBERS)}"
         )
-    checked: ContactLaw = law  # type: ignore[assignment]
-    shape = len(nodes.weight), nodes.law.k
-    if checked.k != nodes.law.k:
-        raise InputError(
-            f"law: {type(law).__name__} has k = {checked.k}; this contact has {nodes.law.k} "
-            f"components a node"
-        )
-    try:
-        fits = np.shape(checked.project(np.zeros(shape))) == shape
-    except ValueError:
-        fits = False
-    if not fits:
-        raise InputError(
-            f"law: {type(law).__name__} does not project tractions of shape {shape}, m nodes of k "
-            "components"
-        )
-    own = type(checked).__module__ != laws.__name__
-    return _answering_first(checked) if own and is_shared() else checked
+    return cast(ContactLaw, law)
 
 
 def _answering_first(law: ContactLaw) -> ContactLaw:

@@ -17,6 +17,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from ...contact.law_protocol import GivenLaw
@@ -24,11 +25,12 @@ from ...contact.methods.registry import GivenMethod
 from ...contact.rho_rules import Rule
 from ...errors import InputError, PetcontactError, SolverError
 from ...given.posed import Posed
-from ...given.tables.validated import validated
+from ...model.case import checked_problem
 from ...model.problem import Problem
 from ...refinement.levels import check_accuracy
 from ...results.report import Accuracy, Finding
 from ...results.solution import Solution
+from ...runtime.hints import demand_functions
 from ...runtime.ranks import alone, shared_solve
 from ...runtime.signals import BrokenOff, answering
 from ...untyped import Comm
@@ -234,7 +236,7 @@ class AdaptiveSolve:
 
 
 def adapt(
-    problem: Problem,
+    problem: Problem | str | Path,
     accuracy: float | None = None,
     *,
     method: GivenMethod | None = None,
@@ -250,7 +252,7 @@ def adapt(
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem, or path of a TOML file
         In 2D only `graded_points` of the `[mesh]` tables counts. In 3D these tables make the first
         mesh. Semismooth Newton solves on all meshes. Another method of the problem then
         solves on the last mesh.
@@ -292,12 +294,14 @@ def adapt(
 
     def call() -> Callable[[], Mapping[str, Any]]:
         nonlocal problem
-        problem = validated(problem)
+        demand_functions(monitor=monitor, announce=announce, reached=reached)
+        problem = checked_problem(problem)
         given = {"method": method, "rule": rule, "law": law, "accuracy": accuracy}
         return functools.partial(described, problem, **given)
 
     with shared_solve(comm, call) as comm:
         callbacks = monitor, alone(announce), alone(reached)
+        assert isinstance(problem, Problem)
         return _adapted(problem, accuracy, method, rule, law, comm, callbacks)
 
 

@@ -11,7 +11,7 @@ from ...arrays import Array, Mask
 from ...compliance.interface import Interface, slices
 from ...contact.law_protocol import ContactLaw, GivenLaw
 from ...contact.laws import STEEP, SignoriniCoulomb, Tresca
-from ...contact.methods.registry import ContactNodes, law_of
+from ...contact.methods.registry import ContactNodes, law_of, made_law
 from ...errors import InputError
 from ...given.interface_data import FRICTION, Law, PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -38,8 +38,7 @@ def with_law(
     if laws.changes:
         raise InputError("step: a law of your own has no friction that steps change")
     nodes = _contact_nodes(sides, interfaces, meshes)
-    wanted = getattr(given, "k", None) if hasattr(given, "project") else given(nodes).k
-    if interfaces[0].held and wanted == meshes[0].components:
+    if interfaces[0].held and made_law(given, nodes).k == meshes[0].components:
         interfaces = [replace(face, held=False) for face in interfaces]
         nodes = _contact_nodes(sides, interfaces, meshes)
     return interfaces, replace(laws, own=law_of(given, nodes))
