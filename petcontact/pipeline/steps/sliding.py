@@ -17,7 +17,6 @@ import numpy as np
 from ...arrays import Array
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import friction_bound
-from ...round_off import SINGLE
 from .increment import Increment, Monitor
 from .wear import Tried, with_wear
 
@@ -121,6 +120,4 @@ def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
             points.append((low, left))
             continue
         high, above = target, tried if tried[1].converged else above
-        if tried[1].converged and left > SINGLE:
-            break  # under a force: the last of it
     return above or below
