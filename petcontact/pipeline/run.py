@@ -31,7 +31,6 @@ from ..runtime.world import world
 from ..untyped import Comm, Keyed
 from .choice import USUAL, Newton
 from .eliminate import Announce, eliminated
-from .judge.findings import limit_of
 from .judge.increments import rough_step
 from .judge.solutions import findings_of, reached
 from .pose.discretise import Discrete, discretise
@@ -176,10 +175,10 @@ def with_report(
     finer, there = _divided(*(coarse or (problem, solution)), wanted)
     if coarse is None:
         return there
-    # what is not known there, too large or too dear here, is asked of the mesh itself
-    taken, known = len(there.steps), there.accuracy.path <= (wanted or limit_of("path"))
+    # what is not known there, or too dear here, is asked of the mesh itself
+    taken, path = len(there.steps), there.accuracy.path
     divided = taken > len(coarse[1].steps)
-    if not known or (divided and not is_affordable(problem, solution, taken)):
+    if np.isnan(path) or (divided and not is_affordable(problem, solution, taken)):
         return _divided(problem, solution, wanted)[1]
     if divided:
         discrete = problem.discrete.with_steps_of(finer.discrete.problem)
@@ -188,7 +187,8 @@ def with_report(
         if not again.converged:
             return _divided(problem, solution, wanted)[1]
         solution = reported(problem, again)
-    accuracy = replace(solution.accuracy, path=there.accuracy.path)
+    accuracy = replace(solution.accuracy, path=path)
+    solution = solution.with_findings(each for each in there.findings if each.kind == "path")
     return replace(solution, accuracy=accuracy, tracked=there)
 
 

@@ -133,12 +133,13 @@ def test_a_contact_that_grows_from_nothing_takes_increments_until_q_is_known():
 
 def test_the_path_is_looked_at_on_a_coarser_mesh_where_that_resolves_the_contact(monkeypatch):
     """Errors that its increments leave are those that the mesh itself shows, or a little more.
-    Where no coarser one is good enough the mesh itself is asked."""
-    monkeypatch.setattr(run, "limit_of", lambda kind: 1.0)
+    Where no coarser one is good enough the mesh itself is asked, not where errors are large."""
     coarse = pressed.__wrapped__("x**2/20", 8)
     monkeypatch.setattr(fixed_mesh, "RESOLVED", 0.0)
     alone = pressed.__wrapped__("x**2/20", 8)
     assert coarse.tracked is not None and alone.tracked is None and alone.paths
+    for solution in (coarse, alone):
+        assert [each.kind for each in solution.findings].count("path") == 1
     assert coarse.tracked.meshes["body"].n_nodes < 0.6 * alone.meshes["body"].n_nodes
     assert 0.8 < coarse.accuracy.path / alone.accuracy.path < 1.25
     found, right = (path_errors(each, each.numbers) for each in (coarse, alone))
