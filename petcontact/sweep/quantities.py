@@ -24,6 +24,7 @@ from .published import published_count
 
 Quantity = Callable[[Solution], float]
 QUANTITIES = (
+    "max_displacement",
     "max_u_t",
     "slip_length",
     "slip_share",
@@ -37,16 +38,17 @@ PEAKS = {"peak_von_mises": "von Mises", "peak_first_principal": "first principal
 
 
 def contact_quantities(solution: Solution) -> dict[str, float]:
-    """Return scalars of all contact parts and interfaces together, after the last step.
+    """Return scalars of all bodies, contact parts and interfaces together, after the last step.
 
     Returns
     -------
     dict of str to float
-        max_u_t: largest |u_t|, between bodies the largest slip, at a node [length]; slip_length,
-        slip_share: length (in space: area) of what slips, and its share; contact_area: length
-        (area) of what is not open; tension_share: share that is pulled, σ_n > 0, where a foundation
-        would let go [-]; max_pressure: largest p at a node [stress]; dissipated_energy: what
-        friction took in all steps, of a single one -∫ σ_t·u_t [stress · length^dim].
+        max_displacement: largest |u| at a node of a body [length]; max_u_t: largest |u_t|, between
+        bodies the largest slip, at a node [length]; slip_length, slip_share: length (in space:
+        area) of what slips, and its share; contact_area: length (area) of what is not open;
+        tension_share: share that is pulled, σ_n > 0, where a foundation would let go [-];
+        max_pressure: largest p at a node [stress]; dissipated_energy: what friction took in all
+        steps, of a single one -∫ σ_t·u_t [stress · length^dim].
     """
     columns = solution.columns()
     weight, state, sigma_n = columns["weight"], columns["state"], columns["sigma_n"]
@@ -54,6 +56,7 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
     pulled = sigma_n > WRITTEN * float(np.abs(sigma_n).max(initial=0.0))
     steps = solution.steps or solution.tried
     quantities = (
+        max(np.linalg.norm(b.u, axis=1).max(initial=0.0) for b in solution.bodies.values()),
         float(np.linalg.norm(columns["slip"], axis=1).max(initial=0.0)),
         slips,
         slips / length,

@@ -23,6 +23,7 @@ def solution(comm):
 def test_of_example_1(solution):
     found = contact_quantities(solution)
     c = solution.contact
+    assert found["max_displacement"] == np.sqrt((solution.u**2).sum(axis=1)).max()
     assert found["max_u_t"] == pytest.approx(np.abs(c.u_t).max(), rel=1e-12)
     # 80 nodes of weight 0.1
     assert found["slip_length"] == pytest.approx(0.1 * (c.state == 1).sum(), rel=1e-12)

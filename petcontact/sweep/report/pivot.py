@@ -18,6 +18,8 @@ ITERATIONS = "iterations"
 """The one quantity with published values."""
 OF_CONTACT = ("max_pressure", "contact_area", "slip_length", "max_u_t")
 """What one asks about the same contact under other loads, shapes or materials."""
+OF_BODIES = ("max_displacement",)
+"""What one asks where nothing is in contact."""
 
 
 @record
@@ -93,8 +95,8 @@ TOLD = ("von_mises_", "worn_", "load_factor")
 
 def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
     """What a report shows: the quantities NAME,... that are named.  Where none is, iterations if
-    methods or their parameters are compared, else the contact itself, and what the sweep asks
-    for."""
+    methods or their parameters are compared, else the contact itself, or bodies without it, and
+    what the sweep asks for."""
     from ..quantities import PEAKS, is_column
 
     if named := names_in(words):
@@ -110,7 +112,8 @@ def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
         if name not in table.coordinates
         and (not is_column(name) or name in PEAKS or name.startswith(TOLD))
     ]
-    return (*OF_CONTACT, *asked, *known)
+    touches = not {*OF_BODIES} <= {*table.columns} or (table.numbers("contact_area") > 0.0).any()
+    return (*(OF_CONTACT if touches else OF_BODIES), *asked, *known)
 
 
 class Facts:

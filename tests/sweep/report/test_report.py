@@ -261,6 +261,9 @@ def test_a_study_of_loads_and_materials_is_asked_about_its_contact():
     ]
     study = CaseTable("t", ["problem", "mu"], columns_of(rows), Path())
     assert asked_about(study) == (*OF_CONTACT, "warnings")  # on fixed meshes no error is known
+    alone = [row | dict.fromkeys(OF_CONTACT, 0.0) | {"max_displacement": 1.0} for row in rows]
+    bodies = CaseTable("t", ["problem", "mu"], columns_of(alone), Path())
+    assert asked_about(bodies) == ("max_displacement", "warnings")
     (one,) = make_tables(study, quantities=asked_about(study))
     assert one.title == "p" and one.row_names == ("mu",) and not one.means
     assert one.text((0.3,), ("contact_area",)) == "3"
