@@ -12,8 +12,11 @@ from reduced_system import coulomb
 from petcontact.contact.active_set.block_factors import BlockFactors
 from petcontact.contact.active_set.complementarity import complementary_guesses, lemke
 from petcontact.contact.active_set.pivots import pivots
-from petcontact.contact.active_set.solvers import DenseActiveSetSolver
+from petcontact.contact.active_set.solvers import DenseActiveSetSolver, SurrogateActiveSetSolver
+from petcontact.contact.laws import Tresca
+from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.system import Modes
+from petcontact.errors import SingularMatrixError
 from petcontact.linalg.dense_solver import DenseSolver
 
 
@@ -114,3 +117,19 @@ def test_near_blocks_are_solved_by_the_factors_of_the_first(border, monkeypatch)
     for active, matrix in ((np.arange(20, 80), dense), (first, dense.copy())):
         answer, exact = solved(factors, matrix, active, [], border)
         assert answer == pytest.approx(exact, rel=1e-10, abs=1e-10)
+
+
+def test_a_singular_block_of_a_surrogate_is_named():
+    """A body that nothing holds: LU gave infinite numbers, and a singular value failed on them."""
+
+    class Rigid:
+        def matrix(self):
+            return np.zeros((4, 4))
+
+        def stick_solve(self, stick, rhs):
+            return rhs
+
+    tau = np.array([[0.5, 0.0], [3.0, 1.0]])
+    stick_and_slip = Linearisation.from_law(Tresca(np.ones(2), 2), tau)
+    with pytest.raises(SingularMatrixError, match="row 1 of a block of T"):
+        SurrogateActiveSetSolver(Rigid()).solve(stick_and_slip, np.ones((2, 2)), tau, None, tau)

@@ -14,7 +14,7 @@ import scipy
 
 from ... import native
 from ...arrays import Array, Index, Mask
-from ...errors import SolverError
+from ...errors import SingularMatrixError, SolverError
 from ...linalg.bordered import BorderedElimination, BorderedKrylov, Map
 from ...linalg.dense_solver import DenseSolver
 from ...round_off import SOLVED
@@ -285,11 +285,13 @@ class SurrogateActiveSetSolver:
     def _by_block(self, linearised: Linearisation, rho: Array) -> Map:
         active = np.flatnonzero(linearised.active)
         block = _block(self._whole, linearised, rho, active)
-        factor = scipy.linalg.lu_factor(block, check_finite=False)
+        lu, pivots, zero = scipy.linalg.lapack.dgetrf(block)
+        if zero > 0:
+            raise SingularMatrixError("iterate", f"row {zero} of a block of T")
 
         def inverse(r: Array) -> Array:
             dy = np.zeros_like(r)
-            dy.flat[active] = scipy.linalg.lu_solve(factor, r.ravel()[active])
+            dy.flat[active] = scipy.linalg.lu_solve((lu, pivots), r.ravel()[active])
             return dy
 
         return inverse
