@@ -187,9 +187,8 @@ def with_report(
         if not again.converged:
             return _divided(problem, solution, wanted)[1]
         solution = reported(problem, again)
-    accuracy = replace(solution.accuracy, path=path)
-    solution = solution.with_findings(each for each in there.findings if each.kind == "path")
-    return replace(solution, accuracy=accuracy, tracked=there)
+    solution = replace(solution, accuracy=replace(solution.accuracy, path=path), tracked=there)
+    return solution.with_findings(each for each in there.findings if each.kind == "path")
 
 
 def _divided(

@@ -18,8 +18,6 @@ ITERATIONS = "iterations"
 """The one quantity with published values."""
 OF_CONTACT = ("max_pressure", "contact_area", "slip_length", "max_u_t")
 """What one asks about the same contact under other loads, shapes or materials."""
-OF_BODIES = ("max_displacement",)
-"""What one asks where nothing is in contact."""
 
 
 @record
@@ -112,8 +110,8 @@ def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
         if name not in table.coordinates
         and (not is_column(name) or name in PEAKS or name.startswith(TOLD))
     ]
-    touches = not {*OF_BODIES} <= {*table.columns} or (table.numbers("contact_area") > 0.0).any()
-    return (*(OF_CONTACT if touches else OF_BODIES), *asked, *known)
+    alone = "max_displacement" in table.columns and not (table.numbers("contact_area") > 0.0).any()
+    return (*(("max_displacement",) if alone else OF_CONTACT), *asked, *known)
 
 
 class Facts:
