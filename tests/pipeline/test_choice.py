@@ -21,6 +21,13 @@ SIDES = [
     {"part": name, "to": to}
     for name, to in (("b", (8, 0)), ("r", (8, 4)), ("t", (0, 4)), ("l", (0, 0)))
 ]
+SQUARE = [
+    {"part": name, "to": to}
+    for name, to in (("b", (32, 0)), ("r", (32, 32)), ("t", (0, 32)), ("l", (0, 0)))
+]
+CROWD = [
+    Circle(part="h", center=(4 * k + 2, 4 * j + 2), radius=1.0) for k in range(8) for j in range(8)
+]
 HOLES = [Circle(part="h", center=(0.8 * k + 0.4, 2.0), radius=0.3) for k in range(10)]
 
 
@@ -35,6 +42,8 @@ def box(width, height):
         (box(8, 4), {"element_size": 0.015}, True),  # 1600
         # 1440 nodes: 1.2 s compressed, 0.5 s dense
         (SideBySide(loops=[SIDES, *HOLES]), {"element_size": 0.03}, False),
+        # 5376 nodes: 49 s compressed, 26 s dense
+        (SideBySide(loops=[SQUARE, *CROWD]), {"element_size": 0.4, "order": 3}, False),
         (box(400, 30), {"element_size": 1.0, "order": 2}, True),  # 1.2 s
         (box(400, 4), {"element_size": 1.0, "order": 2}, False),
         # 1240 nodes, graded: the compression fails

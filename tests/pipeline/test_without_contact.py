@@ -12,6 +12,8 @@ from shapes import cuboid, drawn, elastic, problem, rectangle, rollers, solid
 
 from petcontact import adapt, solve
 from petcontact.errors import InputError
+from petcontact.pipeline.adapt import traction_ladder
+from petcontact.pipeline.adapt.difference import displacement_difference
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -96,6 +98,20 @@ def test_an_accuracy_of_u_is_reached():
     )
     assert rough.converged and fine.converged and fine.accuracy.error <= 1e-6
     assert fine.mesh.n_nodes >= rough.mesh.n_nodes
+
+
+def test_two_meshes_show_the_error_of_u_where_a_third_is_dear(monkeypatch):
+    clamped = solid(
+        "clamped",
+        rectangle([0.0, 0.0], [4.0, 1.0]),
+        {"part": "left", "condition": "displacement", "value": [0.0, 0.0]},
+        drawn("right", [0.0, PULL]),
+    )
+    three = adapt(problem(body=[clamped]))
+    monkeypatch.setattr(traction_ladder, "BUDGET", 0.0)
+    two = adapt(problem(body=[clamped]))
+    assert (len(two.accuracy.elements), len(three.accuracy.elements)) == (2, 3)
+    assert 0.0 < displacement_difference(two, three) < two.accuracy.error <= two.accuracy.wanted
 
 
 def test_tractions_balance_up_to_the_digits_of_numbers_in_files():

@@ -26,6 +26,7 @@ from ...results.contact_zones import pair_edges
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from ...untyped import Keyed
+from ..choice import BUDGET, posed_seconds
 from ..judge.findings import limit_of, wants_smaller_elements
 from ..pose.body_parts import body_alone
 from ..steps.prepared import PreparedProblem
@@ -152,11 +153,21 @@ class Tractions(Strategy[TractionEstimate, EdgeMarks]):
             for side in self._posed.interfaces
         }
         found = TractionEstimate(tried, math.inf, differences, apart, each, idle)
-        if CONTACT_LADDER.believes(differences, self.wanted.accuracy):
+        rough = CONTACT_LADDER.believes(differences, self.wanted.accuracy)
+        if rough or (len(differences) == 1 and self._needs_no_third(solution)):
             error = max(2.0 * differences[0], self.levels[tried.meshes.level].error)
         else:
             error = max(self._errors(found).values(), default=believed(differences))
         return replace(found, error=error)
+
+    def _needs_no_third(self, solution: Solution) -> bool:
+        """Return whether two meshes show the error and a third one were dear.
+
+        Without contact meshes do not follow solutions: the difference is the error of the first.
+        Where a third one is cheap, it shows peak stresses to more digits than u needs.
+        """
+        meshes = [*solution.meshes.values()]
+        return not self._sides and posed_seconds(self._posed, meshes, 1) > BUDGET
 
     def _errors(self, estimate: TractionEstimate) -> dict[str, float]:
         """Return the error of each contact by `believed`, 0 of one that carries nothing."""
