@@ -57,6 +57,8 @@ class InpFile:
     ----------
     nodes, elements : dicts by number
         Coordinates; type without its last letters, and corner nodes.
+    instances : dict by number
+        The instances of elements.
     middles : dict by number
         The two corners between which a node lies.
     nsets, elsets : dicts of lists of numbers by name
@@ -67,6 +69,7 @@ class InpFile:
     path: str
     nodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
     elements: dict[int, tuple[str, tuple[int, ...]]] = field(default_factory=dict)
+    instances: dict[int, str] = field(default_factory=dict)
     middles: dict[int, tuple[int, int]] = field(default_factory=dict)
     nsets: dict[str, list[int]] = field(default_factory=dict)
     elsets: dict[str, list[int]] = field(default_factory=dict)
@@ -138,10 +141,12 @@ def _take(file: InpFile, keyword: Keyword) -> None:
     if keyword.name == "NODE":
         _extend(file.nsets, keyword.parameters.get("NSET"), _nodes(file, keyword))
     elif keyword.name == "ELEMENT":
-        _extend(file.elsets, keyword.parameters.get("ELSET"), _elements(file, keyword))
+        numbers = _elements(file, keyword)
+        _extend(file.elsets, keyword.parameters.get("ELSET"), numbers)
+        file.instances |= dict.fromkeys(numbers, keyword.parameters.get("INSTANCE", ""))
     elif keyword.name in ("NSET", "ELSET"):
         sets = file.nsets if keyword.name == "NSET" else file.elsets
-        numbers: list[int] = []
+        numbers = []
         for row in keyword.rows:
             if "GENERATE" in keyword.parameters:
                 numbers += _generated(file, keyword, row)

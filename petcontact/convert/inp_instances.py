@@ -62,7 +62,7 @@ class Instance:
             given = given | {"NAME": self.named(given.get("NAME", ""))}
             rows = [[self.named(row[0]), *row[1:]] for row in rows]
         names = {key: self.named(given[key]) for key in NAMING if given.get(key)}
-        return replace(keyword, parameters=given | names, rows=rows)
+        return replace(keyword, parameters=given | names | {"INSTANCE": self.name}, rows=rows)
 
     def _at(self, words: list[str]) -> list[str]:
         place = np.array([*(float(word or 0.0) for word in words), 0.0, 0.0][:3])

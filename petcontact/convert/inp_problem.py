@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,6 +11,7 @@ from pathlib import Path
 import tomli_w
 
 from ..errors import InputError
+from ..given.tables.mistakes import NAME
 from ..untyped import Keyed
 from .inp_body import InpBody, boundary_faces
 from .inp_elements import check_elements, count
@@ -102,7 +105,16 @@ def _bodies(reader: Statements) -> list[InpBody]:
         reader.pairs.append({"interaction": "", "kind": "TIE", **ends})
         reader.used.add(one.surface)
     reader.notes += spread(reader, reader.file.elements[groups[0][0]][0][:3])
-    return [InpBody(reader, group, f"body{number}") for number, group in enumerate(groups, 1)]
+    names = _names(reader, groups)
+    return [InpBody(reader, group, name) for group, name in zip(groups, names, strict=True)]
+
+
+def _names(reader: Statements, groups: list[list[int]]) -> Iterator[str]:
+    """Yield the names of bodies: that of an instance which is one body, else a number."""
+    owners = [sorted({reader.file.instances[number] for number in group}) for group in groups]
+    for number, owner in enumerate(owners, 1):
+        alone = len(owner) == 1 and [*itertools.chain(*owners)].count(owner[0]) == 1
+        yield owner[0] if alone and re.match(NAME, owner[0]) else f"body{number}"
 
 
 def _uncovered(reader: Statements, bodies: list[InpBody]) -> Iterator[str]:

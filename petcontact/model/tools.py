@@ -54,6 +54,11 @@ def needed(value: T | None) -> T:
 
 
 def _ball(tool: Obstacle, axial: bool) -> Shape:
+    if tool.shape == "sphere" and not axial and np.size(tool.centre) == 2:
+        raise InputError(
+            "centre: needs 3 components, spheres being for space and for axial problems (in the "
+            f'plane "circle"), got {tool.centre}'
+        )
     centre = tool.centre_in(2 if axial or tool.shape == "circle" else 3)
     if axial and centre[0] != 0.0:
         raise InputError(f"centre: must lie on the axis x = 0, got {centre}")

@@ -50,7 +50,7 @@ def test_instances_are_moved_turned_and_in_contact(tmp_path: Path) -> None:
     solution = solve(problem)
     pressure = solution.pairs["pair1"].pressure
     assert np.allclose(pressure, E * WAY / (2.0 * HIGH), rtol=1e-6)
-    assert {each.secondary for each in problem.contact} == {"body2.UP-1-HEAD"}
+    assert {each.secondary for each in problem.contact} == {"UP-1.UP-1-HEAD"}
 
 
 @pytest.mark.parametrize(

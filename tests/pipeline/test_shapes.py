@@ -308,6 +308,10 @@ def test_a_bore_is_open_at_its_ends():
             "from and to are the same point",
         ),
         ('shape = "circle"\nradius = 1.0\ncentre = [0, 0, 1]', "centre: needs 2 components"),
+        (
+            'shape = "sphere"\nradius = 1.0\ncentre = [0, 1]',
+            'axial problems (in the plane "circle")',
+        ),
         ('shape = "plane"\nnormal = [0.0, 0.0]', "must be a vector other than zero"),
     ],
 )

@@ -183,7 +183,9 @@ def _shares(tell: Teller, step: StepResult, side: PosedInterface) -> tuple[str, 
     # of less friction three digits would show noise
     friction = f"{used:.3g}" if used > 0.005 else ""
     whole = float(step.pairs[side.name].weight.sum())
-    return tell.share(area, whole), tell.share(slips, area.size), friction
+    # a step that the sliding of a contact ends has all of it in slip, on each mesh
+    slipping = "100 %" if step.sliding == side.name else tell.share(slips, area.size)
+    return tell.share(area, whole), slipping, friction
 
 
 def _pair(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[str]:

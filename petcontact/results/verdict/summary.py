@@ -105,12 +105,14 @@ def _sizes(solution: SolutionData) -> Iterator[str]:
 
 def alike(findings: Sequence[Finding]) -> list[str]:
     """Findings in words; what is found at several interfaces is said once, and of what is found in
-    several steps the worst.
+    several steps the worst, or the first of equal ones.
 
     >>> alike([Finding("sag", "warning", "facets", f"pair {name!r}") for name in "ab"])
     ["pairs 'a', 'b': facets"]
     >>> alike([Finding("slip", "warning", f"by {k}", f"step '{k}'", measured=k) for k in (2, 7, 3)])
     ["3 steps, the worst is step '7': by 7"]
+    >>> alike([Finding("slip", "warning", "by 2", f"step '{k}'", measured=2) for k in (3, 7)])
+    ["2 steps, the first is step '3': by 2"]
     """
     places: dict[tuple[str, str], list[Finding]] = {}
     for each in findings:
@@ -129,7 +131,8 @@ def _together(text: str, noun: str, findings: Sequence[Finding]) -> str:
     several = len(findings) > 1
     if noun == "step":
         worst = max(findings, key=lambda each: np.nan_to_num(each.measured))
-        return f"{len(findings)} steps, the worst is {worst}" if several else str(worst)
+        which = "worst" if len({each.text for each in findings}) > 1 else "first"
+        return f"{len(findings)} steps, the {which} is {worst}" if several else str(worst)
     names = ", ".join(each.where.removeprefix("pair ") for each in findings)
     return f"pair{'s' if several else ''} {names}: {text}" if noun == "pair" else text
 
