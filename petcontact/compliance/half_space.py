@@ -50,6 +50,7 @@ class HalfSpace:
 
     def __init__(self, assemble: Callable[[], Array], weight: Array, *, predicts: bool) -> None:
         self.scale, self._assemble, self._weight, self.predicts = 1.0, assemble, weight, predicts
+        self._block = functools.lru_cache(maxsize=3)(self._factored)
 
     def apply(self, x: Array) -> Array:
         """Return T x, (m, k) [length]."""
@@ -69,14 +70,16 @@ class HalfSpace:
             np.eye(x.size) + factors[:, None] * self.matrix(), x.ravel()
         ).reshape(x.shape)
 
-    def stick_solve(self, stick: Mask, rhs: Array) -> Array:
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float | None = None) -> Array:
         """Return x (m, k) for which T x = rhs where `stick` (m, k) is true, and x = 0 elsewhere
-        [stress]."""
-        held, result = np.flatnonzero(stick), np.zeros_like(rhs)
-        result.flat[held] = np.linalg.solve(
-            self.scale * self._matrix[held[:, None], held], rhs.ravel()[held]
-        )
+        [stress]. Factors of the last masks are kept."""
+        (held, factor), result = self._block(stick.tobytes()), np.zeros_like(rhs)
+        result.flat[held] = scipy.linalg.lu_solve(factor, rhs.ravel()[held] / self.scale)
         return result
+
+    def _factored(self, stick: bytes) -> tuple[Index, object]:
+        held = np.flatnonzero(np.frombuffer(stick, dtype=bool))
+        return held, scipy.linalg.lu_factor(self._matrix[held[:, None], held], check_finite=False)
 
     def matrix(self) -> Array:
         """Return T, (m k, m k) [length/stress]."""

@@ -241,9 +241,9 @@ class Surrogate(Protocol):
         (k,)."""
         ...
 
-    def stick_solve(self, stick: Mask, rhs: Array) -> Array:
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float | None = None) -> Array:
         """Return x (m, k) with T x = rhs on the components of a mask (m, k), and x = 0 elsewhere
-        [stress]."""
+        [stress]; `rtol` instead of the attribute where it iterates, 1 for a fixed linear map."""
         ...
 
     def matrix(self) -> Array:

@@ -49,6 +49,13 @@ def test_compressed_strip_is_the_dense_one(monkeypatch):
         compressed.apply(found)[stick], reference[stick], atol=1e-8 * np.abs(reference).max()
     )
     assert not found[~stick].any() and not compressed.fast
+    # of few nodes the block has a factor, without iterations; of many it is the block of T⁻¹
+    few = stick & (np.arange(dense.size) < 100)[:, None]
+    assert np.allclose(
+        compressed.stick_solve(few, reference, 1.0), dense.stick_solve(few, reference)
+    )
+    near = np.where(stick, compressed.solve(np.where(stick, reference, 0.0)), 0.0)
+    assert np.array_equal(compressed.stick_solve(stick, reference, 1.0), near)
 
 
 @pytest.mark.parametrize("held", [("left",), ("right",), ("left", "right"), ()])

@@ -65,14 +65,15 @@ class LayerOperator:
             x, lambda part, column, index: part.solve(column, float(factors[index[1]]))
         )
 
-    def stick_solve(self, stick: Mask, rhs: Array) -> Array:
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float | None = None) -> Array:
         """Return x (m, k) for which T x = rhs where `stick` (m, k) is true, and x = 0 elsewhere
-        [stress]."""
+        [stress]; with another tolerance than `rtol` if one is given."""
+        tolerance = self.rtol if rtol is None else rtol
 
         def solve(part: StripOperator, column: Array, index: tuple[Index, int]) -> Array:
             held = stick[index]
             return (
-                part.stick_solve(held, column, self.rtol) / self.scale
+                part.stick_solve(held, column, tolerance) / self.scale
                 if held.any()
                 else np.zeros_like(column)
             )

@@ -62,10 +62,10 @@ class DenseStrip:
 
 
 class ProductStrip(abc.ABC):
-    """T by its products and solves with T and I + ρT."""
+    """T by its products and solves with T and I + ρT, and by factors of its small blocks."""
 
-    def __init__(self, size: int) -> None:
-        self._size = size
+    def __init__(self, block: Callable[[Index], Array], root: Array) -> None:
+        self._size, self._stick = len(root), StickCholesky(block, root)
 
     @functools.cached_property
     def _krylov(self) -> Krylov:
@@ -79,21 +79,36 @@ class ProductStrip(abc.ABC):
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
 
+    @abc.abstractmethod
+    def has_factor(self, stick: Mask) -> bool:
+        """Return whether a factor of the block of these nodes costs less than iterations."""
+
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
         """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
 
-        It uses GMRES, preconditioned by the stick block of T⁻¹.
+        Without a factor of the block it uses GMRES, preconditioned by the stick block of T⁻¹, which
+        alone is x for a tolerance of 1.
         """
         if stick.all():
             return self.solve(rhs)
-        solution = self._krylov.solve(
-            lambda x: np.where(stick, self.apply(np.where(stick, x, 0.0)), x),
-            lambda r: np.where(stick, self.solve(np.where(stick, r, 0.0)), r),
-            np.where(stick, rhs, 0.0),
-            0.0,
-            rtol,
+        if self.has_factor(stick):
+            return self._stick(stick, rhs)
+
+        def near(r: Array) -> Array:
+            return np.where(stick, self.solve(np.where(stick, r, 0.0)), r)
+
+        rhs = np.where(stick, rhs, 0.0)
+        if rtol >= 1.0:
+            return near(rhs)
+        return np.asarray(
+            self._krylov.solve(
+                lambda x: np.where(stick, self.apply(np.where(stick, x, 0.0)), x),
+                near,
+                rhs,
+                0.0,
+                rtol,
+            )
         )
-        return np.where(stick, solution, 0.0)
 
     def matrix(self) -> Array:
         """Return T as a matrix (k, k) [length/stress]."""
@@ -108,7 +123,7 @@ class FourierStrip(ProductStrip):
     """
 
     def __init__(self, strip: Strip, weight: Array) -> None:
-        super().__init__(len(weight))
+        super().__init__(lambda k: self._scaled[k[:, None], k], np.sqrt(weight))
         self._elements, self._nodes = len(strip.length), int(strip.order[0]) + 1
         self._open, self._root, self._ends = not strip.closed, np.sqrt(weight), strip.ends
         loop = strip
@@ -129,7 +144,6 @@ class FourierStrip(ProductStrip):
         symbol = 0.5 * (symbol + np.conj(symbol.transpose(0, 2, 1)) * ratio)
         self._symbol = np.ascontiguousarray(symbol.transpose(1, 2, 0))
         self._inverse = _kept(self._inverted)
-        self._stick: StickCholesky | None = None
 
     def apply(self, x: Array) -> Array:
         """Return the product T x, (k,)."""
@@ -162,17 +176,13 @@ class FourierStrip(ProductStrip):
         )
         return np.asarray(scipy.fft.irfft(spectrum, pieces.shape[1])[:, : self._elements].T.ravel())
 
-    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
-        """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
+    @functools.cached_property
+    def _scaled(self) -> Array:
+        return np.asarray(self.matrix() * (self._root[:, None] / self._root))
 
-        Small systems use a Cholesky factor of the stick block, which beats GMRES there.
-        """
-        if stick.all() or self._size > 256:
-            return super().stick_solve(stick, rhs, rtol)
-        if self._stick is None:
-            scaled = self.matrix() * (self._root[:, None] / self._root)
-            self._stick = StickCholesky(lambda k: scaled[k[:, None], k], self._root)
-        return self._stick(stick, rhs)
+    def has_factor(self, stick: Mask) -> bool:
+        """Return whether the system is small."""
+        return self._size <= 256
 
 
 class HodlrStrip(ProductStrip):
@@ -184,9 +194,8 @@ class HodlrStrip(ProductStrip):
     def __init__(self, strip: Strip, weight: Array, points: Array) -> None:
         from ...compression.hodlr import factor
 
-        super().__init__(len(points))
+        super().__init__(self._scaled_block, np.sqrt(weight))
         self._strip, self._points, self._root = strip, points, np.sqrt(weight)
-        self._stick = StickCholesky(self._scaled_block, self._root)
         self._matrix = self._compress(None)
         self._factorisation = _kept(
             lambda rho: factor(self._matrix if rho is None else self._compress(rho))
@@ -217,14 +226,9 @@ class HodlrStrip(ProductStrip):
         block = layer_matrix(self._strip, nodes, nodes) * (root[:, None] / root)
         return np.asarray(0.5 * (block + block.T))
 
-    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
-        """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
-
-        Most nodes of a long part are open, and the block of the others is small.
-        """
-        if np.count_nonzero(stick) > LONG_SIZE:
-            return super().stick_solve(stick, rhs, rtol)
-        return self._stick(stick, rhs)
+    def has_factor(self, stick: Mask) -> bool:
+        """Return whether the block is small: most nodes of a long part are open."""
+        return np.count_nonzero(stick) <= LONG_SIZE
 
 
 StripOperator = DenseStrip | FourierStrip | HodlrStrip

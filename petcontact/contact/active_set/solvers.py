@@ -159,8 +159,8 @@ class KrylovActiveSetSolver(_Counted):
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """Return the solution by GMRES on the active components, with the block of T⁻¹ as
-        preconditioner.
+        """Return the solution by GMRES on the active components, with the inverse of T's block as
+        preconditioner, or near it.
 
         Off these components the matrix is the identity. If GMRES fails, LU of a dense S is used.
         """
@@ -187,7 +187,7 @@ class KrylovActiveSetSolver(_Counted):
             return np.where(active, slack + self.apply(traction), x)
 
         def inverse(r: Array) -> Array:
-            return np.where(active, self.surrogate.solve(np.where(active, r, 0.0)), r)
+            return np.where(active, self.surrogate.stick_solve(active, r, 1.0), r)
 
         constraint = RigidModeConstraint(modes, linearised, sigma, self._length)
         y, coordinates = self._solved(
