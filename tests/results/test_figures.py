@@ -20,6 +20,7 @@ from petcontact.given.tables.units import Units
 from petcontact.mesh.curve_building import build_mesh
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane_figures
+from petcontact.results.figures.finite import end_at_corners
 from petcontact.results.figures.hoop import hoop_stress
 from petcontact.results.figures.outline_curves import outlines
 from petcontact.results.figures.plots import drawings
@@ -112,6 +113,26 @@ def test_the_moment_on_an_obstacle_is_drawn_over_its_rotation(solution):
     path = np.array([[0.0, 0.0], [-0.1, -0.7], [-0.2, -1.4]])
     assert axes.lines[0].get_xydata() == pytest.approx(path)
     assert "motion" in drawings(found) and "motion" not in drawings(solution)
+
+
+def test_the_way_of_a_motion_is_named(solution):
+    moved = ObstacleResult(np.array([-0.03, -0.04]), 0.0, np.array([0.0, -5.0]), 0.0)
+    steps = [replace(solution.last, obstacles={"plug": moved})]
+    (axes,) = drawn(curves.draw_motion, replace(solution, steps=steps)).axes
+    assert axes.lines[0].get_label() == "plug along (0.6, 0.8)"
+    assert axes.lines[0].get_xydata()[1] == pytest.approx([-0.05, -4.0])
+
+
+def test_a_gap_of_round_off_is_none_and_a_cut_curve_has_room_at_its_peak(solution):
+    name, pair = next(iter(solution.last.pairs.items()))
+    closed = replace(pair, gap=1e-21 * np.arange(len(pair.gap)))
+    step = replace(solution.last, pairs={name: closed})
+    axes = drawn(plane_figures.draw_gap, replace(solution, steps=[step])).axes[0]
+    assert not axes.lines[0].get_ydata().any()
+    endless, axes = np.ones(len(pair.gap)), Figure().subplots()
+    endless[0] = -100.0
+    end_at_corners(axes, solution, name, [endless])
+    assert axes.texts and axes.get_ylim()[0] > -2.0 and axes.get_ylim()[1] > 1.05
 
 
 def test_colours_reach_to_the_largest_stress_away_from_where_it_has_no_bound(solution):

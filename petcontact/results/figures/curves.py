@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, shown
 from ...contact.law_protocol import OPEN
 from ...round_off import ROUNDED, SOLVED
 from ...runtime.figure_style import label, legend_below, plain, wrapped
-from ...untyped import Figure
+from ...untyped import Axes, Figure
 from ..data import SolutionData
 from ..records import PairResult, StepResult, step_ends
 
@@ -160,16 +160,16 @@ def _positive(values: object) -> Array:
 
 def returns(solution: SolutionData) -> bool:
     """Whether some interface slips forth and back, so that force over slip is a loop."""
-    moved = _largest_motion(solution)
+    moved = largest_motion(solution)
     for name in solution.nodes:
         slip = mean_motion([step.pairs[name] for step in solution.steps])[0]
-        ways = np.diff(_without_noise(slip, moved), prepend=0.0)
+        ways = np.diff(rounded_away(slip, moved), prepend=0.0)
         if ways.max() > SOLVED * moved and ways.min() < -SOLVED * moved:
             return True
     return False
 
 
-def _largest_motion(solution: SolutionData) -> float:
+def largest_motion(solution: SolutionData) -> float:
     """|u| of all nodes and increments, component by component."""
     return max(
         (float(np.abs(body.u).max()) for step in solution.steps for body in step.bodies.values()),
@@ -181,14 +181,14 @@ def draw_hysteresis(figure: Figure, solution: SolutionData) -> None:
     """Tangential force over mean slip of each interface (a loop where loads are cyclic), and the
     energy dissipated."""
     left, right = figure.subplots(1, 2)
-    moved = _largest_motion(solution)
+    moved = largest_motion(solution)
     for number, name in enumerate(solution.nodes):
         pairs = [step.pairs[name] for step in solution.steps]
         slip, force = mean_motion(pairs)
-        slip = _without_noise(slip, moved)
+        slip = rounded_away(slip, moved)
         left.plot([0.0, *slip], [0.0, *force], ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
         carried = max(float(pair.weight @ np.abs(pair.pressure)) for pair in pairs)
-        energy = _without_noise(np.cumsum([pair.dissipated for pair in pairs]), carried * moved)
+        energy = rounded_away(np.cumsum([pair.dissipated for pair in pairs]), carried * moved)
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
     units, power = solution.problem.units, next(iter(solution.meshes.values())).weight_power
     way = (
@@ -205,7 +205,7 @@ def draw_hysteresis(figure: Figure, solution: SolutionData) -> None:
     legend_below(left, 2)
 
 
-def _without_noise(values: Array, size: float) -> Array:
+def rounded_away(values: Array, size: float) -> Array:
     """Zeros where values are round-off of what they are differences of."""
     return np.where(np.abs(values) <= SOLVED * size, 0.0, values)
 
@@ -217,16 +217,17 @@ def mean_motion(pairs: list[PairResult]) -> tuple[Array, Array]:
     touched = np.any([pair.state != OPEN for pair in pairs], axis=0)
     area = float(weight[touched].sum()) or 1.0
     slip = np.array([weight[touched] @ pair.slip[touched] / area for pair in pairs])
-    return _along_the_largest(slip, np.array([-weight @ pair.sigma_t for pair in pairs]))
+    way = _largest_way(slip)
+    return slip @ way, np.array([-weight @ pair.sigma_t for pair in pairs]) @ way
 
 
-def _along_the_largest(moved: Array, held: Array) -> tuple[Array, Array]:
-    """Components (n,) of motions (n, k), and of what holds them, along the largest motion."""
-    way = np.eye(1, moved.shape[1])[0]
+def _largest_way(moved: Array) -> Array:
+    """The unit vector (k,) along the largest of some motions (n, k), its largest part positive."""
+    way: Array = np.eye(1, moved.shape[1])[0]
     largest = moved[np.argmax(np.linalg.norm(moved, axis=1))]
     if np.any(largest):
         way = largest / np.linalg.norm(largest) * np.sign(largest[np.argmax(np.abs(largest))])
-    return moved @ way, held @ way
+    return way
 
 
 def moves(solution: SolutionData, key: str) -> list[str]:
@@ -238,6 +239,14 @@ def _after_all(solution: SolutionData, name: str, key: str) -> Array:
     """What an obstacle has after each increment, (n, k)."""
     found = [getattr(step.obstacles[name], key) for step in solution.steps]
     return np.array([np.atleast_1d(values) for values in found])
+
+
+def _draw_path(axes: Axes, name: str, moved: Array, held: Array) -> None:
+    """What holds an obstacle over how it moved, (n, k), both along its largest motion."""
+    way = _largest_way(moved)
+    path = np.vstack([[0.0, 0.0], np.column_stack([moved @ way, held @ way])])
+    word = plain(name) + f" along {shown(way, 2)}" * (len(way) > 1)
+    axes.plot(*path.T, ".-", lw=1.2, ms=4, label=word)
 
 
 def draw_motion(figure: Figure, solution: SolutionData) -> None:
@@ -253,9 +262,7 @@ def draw_motion(figure: Figure, solution: SolutionData) -> None:
     for axes, (key, names) in zip(every, moving.items(), strict=True):
         held, unit, unit_held = kinds[key]
         for name in names:
-            both = (_after_all(solution, name, word) for word in (key, held))
-            path = np.vstack([[0.0, 0.0], np.column_stack(_along_the_largest(*both))])
-            axes.plot(*path.T, ".-", lw=1.2, ms=4, label=plain(name))
+            _draw_path(axes, name, *(_after_all(solution, name, word) for word in (key, held)))
         axes.set(xlabel=label(key, unit), ylabel=label(held, unit_held))
         axes.locator_params(axis="x", nbins=5)
     figure.suptitle(headed(solution, "obstacles"), fontsize="large")

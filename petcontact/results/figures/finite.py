@@ -55,7 +55,8 @@ def end_at_corners(axes: Axes, solution: SolutionData, name: str, curves: Sequen
     shown = shown_range(solution, name, curves)
     if shown is None:
         return
-    axes.set_ylim(*shown)
+    room = axes.margins()[1] * (shown[1] - shown[0])
+    axes.set_ylim(shown[0] - room, shown[1] + room)
     axes.text(
         0.99,
         0.97,
@@ -65,4 +66,5 @@ def end_at_corners(axes: Axes, solution: SolutionData, name: str, curves: Sequen
         va="top",
         fontsize=7.0,
         color="0.35",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
     )

@@ -15,6 +15,9 @@ from ..vtu.inner_fields import filled_bodies
 from .curves import headed, shown_ends
 from .plane_figures import line
 
+LETTER = 0.0095
+"""Width of a letter over that of the axes [-]: names of parts that are shorter are turned."""
+
 
 def draw_hoop(figure: Figure, solution: SolutionData) -> None:
     """Draw the normal stress along the boundary, loop after loop, at the end of each step.
@@ -28,15 +31,19 @@ def draw_hoop(figure: Figure, solution: SolutionData) -> None:
         mesh = as_curve(solution.meshes[name])
         start = np.append(0.0, np.cumsum(mesh.length))
         _draw_stresses(axes, solution, name, start)
-        for k in np.flatnonzero(np.append(True, mesh.part[1:] != mesh.part[:-1])):
+        first = np.flatnonzero(np.append(True, mesh.part[1:] != mesh.part[:-1]))
+        room = np.diff(start[np.append(first, -1)]) / start[-1]
+        for k, share in zip(first, room, strict=True):
             axes.axvline(start[k], color="0.7", lw=0.6)
+            word = plain(mesh.part_names[mesh.part[k]])
             axes.annotate(
-                plain(mesh.part_names[mesh.part[k]]),
+                word,
                 (start[k], 1.0),
                 xycoords=("data", "axes fraction"),
                 xytext=(2.0, -2.0),
                 textcoords="offset points",
                 va="top",
+                rotation=90.0 if share < LETTER * len(word) else 0.0,
                 fontsize="x-small",
                 color="0.35",
             )

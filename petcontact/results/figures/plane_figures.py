@@ -24,7 +24,15 @@ from ...runtime.figure_style import (
 from ...untyped import Axes, Figure, Keyed
 from ..data import SolutionData
 from ..records import PairResult
-from .curves import CURVES, along, headed, headed_end, shown_ends
+from .curves import (
+    CURVES,
+    along,
+    headed,
+    headed_end,
+    largest_motion,
+    rounded_away,
+    shown_ends,
+)
 from .finite import end_at_corners, without_noise
 from .outline_curves import outlines
 from .surroundings import (
@@ -237,12 +245,15 @@ def draw_normal(figure: Figure, solution: SolutionData) -> None:
 
 def draw_gap(figure: Figure, solution: SolutionData) -> None:
     """Draw the gap that is left along each interface at the end of each step."""
+    moved = largest_motion(solution)
     for axes, name, _ in _panels(figure, solution, "gap", "length"):
         curves = _draw_ends(
             axes,
             solution,
             name,
-            lambda pair: np.where(np.isfinite(pair.gap), pair.gap, np.nan)[:, None],
+            lambda pair: rounded_away(
+                np.where(np.isfinite(pair.gap), pair.gap, np.nan)[:, None], moved
+            ),
         )
         (low, high), s = axes.get_xlim(), solution.pairs[name].arc_length
         shown = np.concatenate([curve[(s >= low) & (s <= high), 0] for curve in curves])
