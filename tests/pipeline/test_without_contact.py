@@ -80,6 +80,11 @@ def test_a_result_is_gone_on_from(steps, tmp_path):
     for count in ["", ":1"] if steps else [""]:
         start = {"start": f"{tmp_path / 'r.h5'}{count}"}
         assert np.array_equal(solve(problem(body=[bar(2)], **steps, method=start)).u, first.u)
+    # loads without steps are one step
+    more = {"body": "bar", "part": "right", "value": [3.0 * PULL, 0.0]}
+    on = [*(steps or {"step": [{"name": "load"}]})["step"], {"name": "more", "boundary": [more]}]
+    further = solve(problem(body=[bar(2)], step=on, method={"start": f"{tmp_path / 'r.h5'}"}))
+    assert np.allclose(further.u, 3.0 * first.u, rtol=1e-9)
 
 
 def test_what_needs_contact_is_refused():

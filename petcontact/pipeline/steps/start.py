@@ -83,6 +83,12 @@ def _check_posed(config: str, before: str, file: str, done: list[StepResult]) ->
     """
     old, new = map(tomllib.loads, (before, config))
     count = max((result.step for result in done), default=0)
+    if not old.get("step"):  # loads without steps are one, of this name and without changes
+        old["step"] = [
+            {key: [] for key, value in step.items() if isinstance(value, list)}
+            | {"name": first.name}
+            for step, first in zip(new.get("step", []), done[:1], strict=False)
+        ]
     done_in, steps_now = (
         [{**step, "increments": 1} for step in tables.get("step", [])[:count]]
         for tables in (old, new)
