@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array
 from ...geometry.charts import Chart
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
@@ -60,16 +60,17 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
     """
     charts, bands, levels = zip(*laid, strict=True)
     own = zip(tiles(charts, bands), bands, levels, strict=False)
-    pieces = [_piece(*each) for each in own]
-    if not pieces or any(piece is None for piece in pieces):
+    made = [_piece(*each) for each in own]
+    pieces = [piece for piece in made if piece is not None]
+    if not pieces or len(pieces) < len(made):
         return None
     number = mesh.part_names.index(part)
     kept = mesh.part != number
-    points, order = (np.concatenate(each) for each in zip(*filter(None, pieces), strict=True))
+    points = np.concatenate(pieces)
     return closed(
         SurfaceMesh(
             np.concatenate([mesh.corners[kept], points[:, :4]]),
-            np.append(mesh.order[kept], order),
+            np.append(mesh.order[kept], np.full(len(points), 2)),
             np.append(mesh.part[kept], np.full(len(points), number)),
             mesh.part_names,
             np.concatenate([mesh.middles[kept], points[:, 4:]]),
@@ -77,21 +78,21 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
     )
 
 
-def _piece(chart: Chart, band: ContactBand, level: int) -> tuple[Array, Index] | None:
+def _piece(chart: Chart, band: ContactBand, level: int) -> Array | None:
     """Return the points (n, 9, 3) of panels of a chart with a band, NaN for the middles of straight
-    ones, and their orders."""
+    ones."""
     made = _laid(chart, band, level)
     if made is None:
         return None
-    cells, order = _turned_less(*made, chart)
+    cells = _turned_less(made, chart)
     points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
     if chart.flat:
         points[_straight(cells), 4:] = np.nan
-    return points, order
+    return points
 
 
-def _laid(chart: Chart, band: ContactBand, level: int) -> tuple[Array, Index] | None:
-    """Return the panels (n, 9, 2) of a chart, and their orders."""
+def _laid(chart: Chart, band: ContactBand, level: int) -> Array | None:
+    """Return the panels (n, 9, 2) of a chart."""
     shares = _across(level)
     s = _along(band, level, chart)
     half = twice_as_fine(band.lines_at(s, LEAST))
@@ -102,11 +103,8 @@ def _laid(chart: Chart, band: ContactBand, level: int) -> tuple[Array, Index] | 
     if outside or not band.straight:
         return None
     width = float((shares[-1] - shares[-2]) * band.widest)
-    panels = [(cells_of(grid), 2), *_frames(chart, band, grid[::2, ::2], width)]
-    return (
-        np.concatenate([cells for cells, _ in panels]),
-        np.concatenate([np.full(len(cells), order) for cells, order in panels]),
-    )
+    panels = [cells_of(grid), *_frames(chart, band, grid[::2, ::2], width)]
+    return np.asarray(np.concatenate(panels))
 
 
 def _slack(chart: Chart) -> float:
@@ -198,21 +196,22 @@ def _straight(cells: Array) -> Array:
     return np.asarray(off < SINGLE * size)
 
 
-def _frames(chart: Chart, band: ContactBand, grid: Array, width: float) -> list[tuple[Array, int]]:
-    """Return the panels of frames around a grid up to the rim of the face, and their orders.
+def _frames(chart: Chart, band: ContactBand, grid: Array, width: float) -> list[Array]:
+    """Return the panels of frames around a grid up to the rim of the face.
 
-    Each side of the grid moves outward by a width that grows, until the rim is within reach of
-    the next one; it then moves there. Sides at the rim stay. Around a slanted grid all sides
-    stop together, and the last frame leads from there to the rim.
+    Each side of the grid moves outward by a width that grows, and to the rim where less than half
+    of the width would be left. Sides at the rim stay. Around a slanted grid all sides stop
+    together where the next frame would reach the rim, and the last frame leads from there to it:
+    its panels turn from one direction to another, and need room for it.
     """
     origin, axes = _axes(band)
     inner = (grid - origin) @ axes.T
     rim = [inner[:, 0], inner[-1, :], inner[::-1, -1], inner[0, ::-1]]
     box = np.array([inner[..., 0].min(), inner[0, 0, 1], inner[..., 0].max(), inner[0, -1, 1]])
     face, last = _outermost(chart, (origin, axes), box)
-    sign, result = np.array([-1.0, -1.0, 1.0, 1.0]), list[tuple[Array, int]]()
+    sign, result = np.array([-1.0, -1.0, 1.0, 1.0]), list[Array]()
     while True:
-        done = width * FRAMES > 0.8 * sign * (last - box)
+        done = (1.5 if face is None else 1.0 + FRAMES) * width > sign * (last - box)
         if face is not None and done.any():
             corners, done = face, done | True
         else:
@@ -220,7 +219,7 @@ def _frames(chart: Chart, band: ContactBand, grid: Array, width: float) -> list[
             corners = _box_corners(box)
         straight = [_is_straight(chart, origin + side @ axes) for side in rim]
         made, rim = _one_frame(rim, corners, width if result else 0.0, straight)
-        result.append((origin + made @ axes, 1 if result else 2))
+        result.append(origin + made @ axes)
         if done.all():
             return result
         width *= FRAMES
@@ -247,7 +246,9 @@ def _outermost(chart: Chart, axes: tuple[Array, Array], box: Array) -> tuple[Arr
     corners = (_box_corners(np.append(chart.low, chart.high)) - axes[0]) @ axes[1].T
     if np.abs(axes[1]).max(axis=1).min() > 1.0 - SINGLE:
         return None, np.array([*corners.min(axis=0), *corners.max(axis=0)])
-    start = int(np.argmin(np.linalg.norm(corners - _box_corners(box)[0], axis=1)))
+    # panels between sides that are turned by more than 45 degrees to each other would fold
+    along = np.roll(corners, -1, axis=0) - corners
+    start = int(np.argmax(along[:, 0] / np.linalg.norm(along, axis=1)))
     face = np.roll(corners, -start, axis=0)
     return face, _room_in(face, box)
 
@@ -310,11 +311,11 @@ def _every_other(t: Array, width: float) -> Array:
     return t[::2] if len(t) % 2 and np.diff(t).max() < width else t
 
 
-def _turned_less(cells: Array, order: Index, chart: Chart) -> tuple[Array, Index]:
+def _turned_less(cells: Array, chart: Chart) -> Array:
     """Return the panels of a curved face, cut into equal pieces whose sides follow it: the normals
     of a ring that lies on a plane do not turn."""
     if chart.flat:
-        return cells, order
+        return cells
     while True:
         ways = chart.tangents(cells[:, 4:8].reshape(-1, 2)).reshape(2, -1, 4, 3)
         turn = 2.0 * np.arcsin(
@@ -323,12 +324,10 @@ def _turned_less(cells: Array, order: Index, chart: Chart) -> tuple[Array, Index
         size = np.linalg.norm(cells[:, [5, 4]] - cells[:, [7, 6]], axis=2)
         over = turn.max(axis=0) > _most_turned(size[:, ::-1] / size)
         if not over.any():
-            return cells, order
+            return cells
         axis = int(over.any(axis=0).argmax())
         wide = over[:, axis]
-        halves = _halves(cells[wide], axis)
-        cells = np.concatenate([cells[~wide], halves])
-        order = np.append(order[~wide], np.repeat(order[wide], 2))
+        cells = np.concatenate([cells[~wide], _halves(cells[wide], axis)])
 
 
 def _halves(cells: Array, axis: int) -> Array:

@@ -13,7 +13,7 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
 from petcontact.pipeline.adapt.long_contacts import Long, followed
-from petcontact.refinement.panels.bands import _one_frame, banded
+from petcontact.refinement.panels.bands import _one_frame, _outermost, banded
 from petcontact.refinement.panels.face_gaps import face_gap, touching
 from petcontact.refinement.panels.forecast import (
     Line,
@@ -328,3 +328,15 @@ def test_frames_have_no_panels_without_width():
     cells, _ = _one_frame(rim, corners, 0.0, [True] * 4)
     sides = np.diff(cells[:, :3], axis=1)
     assert len(cells) == 8 and np.abs(np.cross(sides[:, 0], sides[:, 1])).min() > 1e-4
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.0, 1.88, 2.7])
+def test_the_last_frame_around_a_turned_band_does_not_fold(angle):
+    """Its sides meet those sides of the face that are turned by less than 45 degrees to them."""
+    chart = chart_of(BoxSurface(np.array([-12.0, -12, -6]), np.array([12.0, 12, 0])), "top")
+    across, along = (
+        np.array([np.cos(angle), np.sin(angle)]),
+        np.array([-np.sin(angle), np.cos(angle)]),
+    )
+    face, _ = _outermost(chart, (np.zeros(2), np.array([across, along])), np.array([-1, -3, 1, 3]))
+    assert face is not None and face[1, 0] - face[0, 0] > 24.0 * np.cos(0.25 * np.pi)
