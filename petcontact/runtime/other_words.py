@@ -37,6 +37,7 @@ SYNONYMS = {
     "mises": "von_mises",
     "ln": "log",
     **dict.fromkeys(("run", "calculate", "compute", "analyse", "start"), "solve"),
+    **dict.fromkeys(("manual", "man", "docs", "tutorial", "gallery"), "help"),
     **dict.fromkeys(("new", "create"), "init"),
     **dict.fromkeys(("friction", "cof", "coefficient"), "friction_coefficient"),
     **dict.fromkeys(("frictional", "tresca", "coulomb", "interaction", "pair"), "contact"),
