@@ -76,6 +76,14 @@ def draw_line(figure, solution, case):
     legend_beside(axes)
 
 
+def arc_length_at(pair, x):
+    """Arc length of a point on the line through the two nodes of a pair that are nearest to it."""
+    i, j = np.argsort(np.linalg.norm(pair.x - x, axis=1))[:2]
+    way = pair.x[j] - pair.x[i]
+    share = (x - pair.x[i]) @ way / (way @ way)
+    return pair.arc_length[i] + share * (pair.arc_length[j] - pair.arc_length[i])
+
+
 def draw_curves(figure, solution, case):
     """Pressure and shear, the exact curves of values that are errors, and tested points."""
     values, curve = case.values, case.curve
@@ -122,14 +130,14 @@ def draw_curves(figure, solution, case):
         axes.axvline(pair.arc_length[place], ls=":", color="black", lw=1.0, label=named)
     for value in references:
         if value.measure == "largest_pressure":
-            place = np.argmax(pair.pressure)
+            along = pair.arc_length[np.argmax(pair.pressure)]
         elif value.measure in CURVES and "step" not in value.keys:
-            place = np.argmin(np.linalg.norm(pair.x - np.asarray(value.keys["at"]), axis=1))
+            along = arc_length_at(pair, np.asarray(value.keys["at"]))
         else:
             continue
         named = None if "reference" in axes.get_legend_handles_labels()[1] else "reference"
         height = value.keys.get("sign", 1.0) * value.reference
-        axes.plot(pair.arc_length[place], height, "kx", ms=7.0, label=named)
+        axes.plot(along, height, "kx", ms=7.0, label=named)
     if np.ptp(pair.pressure) < 0.01 * pair.pressure.max():  # a constant, but for round-off
         axes.set_ylim(0.0, 1.2 * pair.pressure.max())
     end_at_corners(axes, solution, name, list(found.values()))
