@@ -123,11 +123,12 @@ def draw_curves(figure, solution, case):
             label=f"{factor:g} times p of step {step}",
         )
     for at in case.edges:
-        place = np.argmin(np.linalg.norm(pair.x - np.asarray(at), axis=1))
         named = (
             None if "edge, reference" in axes.get_legend_handles_labels()[1] else "edge, reference"
         )
-        axes.axvline(pair.arc_length[place], ls=":", color="black", lw=1.0, label=named)
+        axes.axvline(
+            arc_length_at(pair, np.asarray(at)), ls=":", color="black", lw=1.0, label=named
+        )
     for value in references:
         if value.measure == "largest_pressure":
             along = pair.arc_length[np.argmax(pair.pressure)]
