@@ -11,12 +11,12 @@ import scipy
 
 from ..arrays import Array
 from ..geometry.quadratic import QuadraticCells, on_side
+from ..mesh.basis import gauss
 from ..round_off import WRITTEN
 from .inp_file import Face
 
 Key = TypeVar("Key", bound=Hashable)
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-GAUSS, WEIGHT = 0.5 + 0.5 * _POINTS, 0.5 * _WEIGHTS
+GAUSS, WEIGHT = 0.5 + 0.5 * gauss(3)[0], 0.5 * gauss(3)[1]
 """Rule on [0, 1] of degree seven, for moments of a linear traction on cells of second order."""
 
 

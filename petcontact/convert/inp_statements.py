@@ -121,7 +121,7 @@ class Statements:
     pressing : dict of str by face
         The surface that presses it last, "" of an element's own pressure.
     forces : list of dicts by node and degree of freedom
-        At the end of each step, those of middle nodes on the corners beside them [force].
+        At the end of each step [force].
     volume : list of dicts by element
         Keys and values of `loads` at the end of each step.
     warmed : list of dicts by node

@@ -390,6 +390,12 @@ def needed_memory(
     )
 
 
+def posed_memory(posed: Posed, meshes: Sequence[BoundaryMesh], directions: int) -> float:
+    """`needed_memory` of a problem on meshes, of contact nodes in k directions each."""
+    bem = resolved_bem(suitable_bem(posed, meshes))
+    return needed_memory(bem, meshes, *contact_sizes(posed, meshes), directions)
+
+
 def suitable_bem(posed: Posed, meshes: Sequence[BoundaryMesh]) -> Bem:
     """`[bem]` of a problem, dense where a part in space is the secondary of two interfaces.
 

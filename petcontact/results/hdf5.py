@@ -146,9 +146,8 @@ def write_group(group: Group, solution: SolutionData, *, numbers: bool = True) -
     )
     if len(solution.meshes) == 1:
         _write_one_body(group, solution)
-    describe = functools.partial(_describe, group.id, solution.problem.units)
     # without h5py's own objects, which take longer than what is written
-    h5py.h5o.visit(group.id, lambda path: describe(path.decode()))
+    h5py.h5o.visit(group.id, functools.partial(_describe, group.id, solution.problem.units))
 
 
 def _ordered(group: Group, path: str) -> Group:
@@ -289,14 +288,14 @@ def _contact(solution: SolutionData) -> Keyed:
     return fields
 
 
-def _describe(group: h5py.h5g.GroupID, units: Units, path: str) -> None:
+def _describe(group: h5py.h5g.GroupID, units: Units, path: bytes) -> None:
     """Write the attributes `unit` and `description` of a dataset.
 
     The unit has the user's name if the problem gives one.
     """
-    *_, folder, name = f"/{path}".split("/")
+    *_, folder, name = f"/{path.decode()}".split("/")
     entry = FIELDS.get(f"{folder}/{name}") or FIELDS.get(name)
-    item = h5py.h5o.open(group, path.encode()) if entry else None
+    item = h5py.h5o.open(group, path) if entry else None
     if entry and isinstance(item, h5py.h5d.DatasetID):
         unit, meaning = entry
         names = {"length": units.length, "stress": units.stress, "stress/length": units.stiffness}

@@ -11,7 +11,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
 from ...refinement.levels import growing
 from ...results.solution import Solution
-from ..choice import BUDGET, contact_sizes, needed_memory, posed_seconds, resolved_bem, suitable_bem
+from ..choice import BUDGET, posed_memory, posed_seconds
 from ..eliminate import Announce
 from ..steps.increment import Monitor
 from .strategy import Wanted
@@ -95,7 +95,6 @@ def beyond_budget(
     `faces` on which the meshes follow contacts has the budget of a pair of bodies. First meshes of
     the user's `own` may cost anything, and what follows from them twice that.
     """
-    bem = resolved_bem(suitable_bem(posed, meshes))
     bodies, nodes = max(len(meshes), 2 * faces), sum(mesh.n_nodes for mesh in meshes)
     seconds = posed_seconds(posed, meshes, *counts)
     dear = Budget(nodes, seconds).exceeds(budget_of(bodies, wanted.asked))
@@ -103,7 +102,7 @@ def beyond_budget(
     if dear and nodes > 2 * sum(mesh.n_nodes for mesh in own):
         return _refusal(Budget(nodes, round(seconds, 1)), bodies, wanted)
     try:
-        needed_memory(bem, meshes, *contact_sizes(posed, meshes), meshes[0].components)
+        posed_memory(posed, meshes, meshes[0].components)
     except InputError as error:
         return f"the next mesh does not fit the memory ({error})"
     return ""

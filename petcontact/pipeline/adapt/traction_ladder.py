@@ -153,8 +153,8 @@ class Tractions(Strategy[TractionEstimate, EdgeMarks]):
             for side in self._posed.interfaces
         }
         found = TractionEstimate(tried, math.inf, differences, apart, each, idle)
-        rough = CONTACT_LADDER.believes(differences, self.wanted.accuracy)
-        if rough or (len(differences) == 1 and self._needs_no_third(solution)):
+        enough = CONTACT_LADDER.believes(differences, self.wanted.accuracy)
+        if enough or (len(differences) == 1 and self._needs_no_third(solution)):
             error = max(2.0 * differences[0], self.levels[tried.meshes.level].error)
         else:
             error = max(self._errors(found).values(), default=believed(differences))

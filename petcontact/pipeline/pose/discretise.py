@@ -25,7 +25,7 @@ from ...model.load_steps import Step
 from ...model.problem import Problem
 from ...refinement.body_meshes import mesh_of
 from ...results.report import Finding
-from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
+from ..choice import posed_memory, suitable_bem
 from ..judge.findings import new_finding, refuse
 from ..judge.measured import followed_noise
 from ..judge.meshes import check_distances, check_meshes, check_stiffness, too_long_to_bend
@@ -182,12 +182,7 @@ def discretise(
     problem = problem if bem is problem.bem else problem.model_copy(update={"bem": bem})
     if like is None:
         # operators that do not fit are refused before the search for contact, which takes long
-        needed_memory(
-            resolved_bem(bem),
-            meshes,
-            *contact_sizes(problem.posed, meshes),
-            meshes[0].components - problem.posed.holds_normals,
-        )
+        posed_memory(problem.posed, meshes, meshes[0].components - problem.posed.holds_normals)
     refuse(check_stiffness(problem.posed))
     facings = facings_of(problem.interfaces, meshes) if like is None else like.facings
     interfaces, distance, findings = _on_meshes(problem, meshes, facings)

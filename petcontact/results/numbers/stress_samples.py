@@ -113,8 +113,7 @@ class Samples(Keeping):
             grown = min(self._gained(place, own), sum(fit.most for fit in own))
             if grown <= most:
                 del self._reach[place]
-                share = grown / most if grown else 0.0
-                core = place.distance * share ** (-1.0 / _power(own))
+                core = place.distance * (grown / (most or 1.0)) ** (-1.0 / _power(own))
                 if place.end_size(self._fields.mesh) < core:
                     self._cores[place] = core
 
