@@ -171,7 +171,7 @@ def _compared(
                     state = trials.iterate(Method(name="semismooth-newton", tolerance=1e-9))
                     trials.exact = state.v, state.sigma
                 else:
-                    trials.exact = carried_over(prepared, read_result(reference))
+                    trials.exact = carried_over(prepared, read_result(reference).last)
                 for name in contenders or CONTENDERS:
                     for rho in rhos if "rule" in CONTENDERS[name] else (None,):
                         try:

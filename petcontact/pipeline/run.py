@@ -39,7 +39,7 @@ from .steps.feasibility import check_feasible
 from .steps.increment import Monitor
 from .steps.path import GROWTH, divided_load, is_affordable, with_fewer, with_paths
 from .steps.prepared import PreparedProblem
-from .steps.start import finished_before, first_iterate
+from .steps.start import finished_before, first_iterate, starts_from
 from .steps.step_loop import increments
 
 
@@ -182,7 +182,13 @@ def with_report(
         return _divided(problem, solution, wanted)[1]
     if divided:
         discrete = problem.discrete.with_steps_of(finer.discrete.problem)
-        problem = replace(problem, discrete=discrete, factors=finer.factors, halvings=0)
+        problem = replace(
+            problem,
+            discrete=discrete,
+            starts=starts_from(problem, there.steps),
+            factors=finer.factors,
+            halvings=0,
+        )
         again = unreported(problem, None)
         if not again.converged:
             return _divided(problem, solution, wanted)[1]
@@ -205,7 +211,7 @@ def _divided(
     while solution.accuracy.path > limit:
         if (finer := divided_load(problem, solution, taken, limit)) is None:
             break
-        again = unreported(finer, None)
+        again = unreported(replace(finer, starts=starts_from(finer, solution.steps)), None)
         if not again.converged:
             break
         again = reported(finer, again)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import tomllib
+from contextlib import closing
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from petcontact import MeshOptions, solve
 from petcontact.pipeline import run
 from petcontact.pipeline.adapt import fixed_mesh, loop
 from petcontact.pipeline.steps import path
+from petcontact.pipeline.steps.start import following
 from petcontact.results.numbers.path_errors import path_errors
 
 pytestmark = pytest.mark.usefixtures("unsampled")
@@ -201,3 +203,15 @@ def test_a_contact_that_begins_at_once_has_no_increment_of_its_own_before():
     solution = pressed("x**2/8 + 3e-5", 1)
     (other,) = solution.paths
     assert len(other.steps) == 4 and 0.0 < solution.accuracy.path < 0.1
+
+
+def test_increments_that_were_solved_before_take_one_iteration_each():
+    solution = pressed("x**2/8", 4)
+    with closing(following(run.prepare(solution.problem), solution)) as prepared:
+        again = run.unreported(prepared, None)
+    assert (
+        [step.iterations for step in again.steps]
+        == [1] * 4
+        < [step.iterations for step in solution.steps]
+    )
+    assert np.allclose(again.pairs["pair"].sigma_t, solution.pairs["pair"].sigma_t, atol=1e-9)

@@ -37,7 +37,7 @@ from ..judge.remainders import DataRemainders, missed_data
 from ..pose.discretise import discretise
 from ..run import RESOLVED, Coarse, prepare, unreported
 from ..steps.prepared import PreparedProblem
-from ..steps.step_loop import known_factors
+from ..steps.start import following
 from .budget import says_something
 from .difference import difference, displacement_difference
 from .slip_ladder import contact_lines
@@ -188,7 +188,7 @@ def _coarser(solution: Solution, comm: Comm, law: GivenLaw | None) -> Coarse:
     )
     prepared = prepare(problem, comm, discrete)
     try:
-        prepared.factors = known_factors(solution)
+        prepared = following(prepared, solution)
         return prepared, unreported(prepared, None, checked=False)
     except PetcontactError:
         prepared.close()
@@ -198,7 +198,7 @@ def _coarser(solution: Solution, comm: Comm, law: GivenLaw | None) -> Coarse:
 def _as_divided(problem: PreparedProblem, solution: Solution) -> Solution:
     """Return the solution of a problem with the increments of another one."""
     discrete = problem.discrete.with_steps_of(solution.problem)
-    return unreported(replace(problem, discrete=discrete, factors=known_factors(solution)), None)
+    return unreported(following(replace(problem, discrete=discrete), solution), None)
 
 
 @functools.singledispatch

@@ -27,6 +27,7 @@ from ..pose.discretise import Discrete, discretise
 from ..run import RESOLVED, Coarse, prepare, reported, unreported
 from ..steps.increment import Monitor
 from ..steps.prepared import PreparedProblem
+from ..steps.start import starts_from
 from ..steps.step_loop import known_factors
 from .budget import says_something
 from .fixed_mesh import FEW, MOST_ITERATIONS, by_newton
@@ -156,7 +157,8 @@ class LevelSolver:
         if last is not None:
             factors = known_factors(last) if says_something(error) else {}
             # once: each try that fails costs as much as the whole mesh
-            problem = replace(problem, factors=factors, halvings=1)
+            starts = starts_from(problem, last.steps[1:])
+            problem = replace(problem, starts=starts, factors=factors, halvings=1)
         self._tried = problem
         solution = unreported(problem, self._watch)
         if _is_large(discrete):

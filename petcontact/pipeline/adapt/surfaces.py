@@ -378,7 +378,7 @@ def _start(marks: PanelMarks, problem: PreparedProblem) -> Start | None:
     if last is None:
         zones = ((side.name, zone_about(expected)) for side, expected in marks.small)
         return start_within(problem, {name: zone.holds for name, zone in zones})
-    return carried_over(problem, replace(last, steps=last.steps[:1]))
+    return carried_over(problem, last.steps[0])
 
 
 def _seen(tried: Tried[PanelMarks]) -> Seen:

@@ -30,6 +30,7 @@ from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
 from .halves import PATH_ERROR, touching
 from .prepared import PreparedProblem
+from .start import starts_from
 from .step_loop import increments, whole_step
 from .stored_state import state_after
 
@@ -218,7 +219,8 @@ def _along(
         return None
     single = dict.fromkeys(range(1, len(problem.discrete.posed.steps) + 1), 1)
     discrete = problem.discrete.with_increments(single, jump=1)
-    problem = replace(problem, discrete=discrete, factors=factors, halvings=0)
+    starts = starts_from(problem, solution.steps)
+    problem = replace(problem, discrete=discrete, starts=starts, factors=factors, halvings=0)
     rows, done = list[Row](), [result for result in solution.steps if result.step < number]
     try:
         with answering(problem.comm):  # nothing of a path that a signal breaks off is kept

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import functools
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from ...results.records import PairResult, StepResult
 from ...results.solution import Solution, read_result
 from .cycles import Row, rows_of
 from .prepared import PreparedProblem
+from .step_loop import known_factors
 
 NAMES = ("zero", "frictionless")
 ELSEWHERE = {
@@ -184,7 +186,7 @@ def first_iterate(problem: PreparedProblem) -> Start | None:
             f"method.start: a problem without [[step]] starts from all of a file, {file!r}, "
             f"got {name!r}"
         )
-    return carried_over(problem, _read(name, name))
+    return carried_over(problem, _read(name, name).last)
 
 
 def start_within(
@@ -205,9 +207,21 @@ def start_within(
     return (np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))) if expected else None
 
 
-def carried_over(problem: PreparedProblem, old: Solution) -> Start:
-    """v and σ of the last increment of a solution at the contact nodes of other meshes, pair by
-    pair.
+def following(problem: PreparedProblem, solution: Solution) -> PreparedProblem:
+    """The problem with the increments of a solution on another mesh, each from where that ended."""
+    starts = starts_from(problem, solution.steps)
+    return replace(problem, factors=known_factors(solution), starts=starts)
+
+
+def starts_from(
+    problem: PreparedProblem, increments: Iterable[StepResult]
+) -> dict[tuple[int, int, float], Start]:
+    """`carried_over` for each increment, by step, cycle and load factor."""
+    return {(r.step, r.cycle, r.load_factor): carried_over(problem, r) for r in increments}
+
+
+def carried_over(problem: PreparedProblem, old: StepResult) -> Start:
+    """v and σ of an increment at the contact nodes of other meshes, pair by pair.
 
     Raises
     ------
@@ -217,12 +231,11 @@ def carried_over(problem: PreparedProblem, old: Solution) -> Start:
     v = [np.zeros((0, problem.system.k))]
     sigma = v.copy()
     for side, face in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
-        if face.name not in old.last.pairs:
+        if face.name not in old.pairs:
             raise InputError(
-                f"method.start: the file holds no pair {face.name!r}; it has "
-                f"{', '.join(old.last.pairs)}"
+                f"method.start: the file holds no pair {face.name!r}; it has {', '.join(old.pairs)}"
             )
-        pair, mesh = old.last.pairs[face.name], problem.discrete.meshes[side.body]
+        pair, mesh = old.pairs[face.name], problem.discrete.meshes[side.body]
         near, share = _interpolation(mesh, pair, face.nodes)
 
         def there(values: Array, near: Index = near, share: Array = share) -> Array:
