@@ -62,7 +62,7 @@ class NarrowContact:
 
     def _moved(self, seen: list[Edge], s: Array, load: Array) -> list[Edge]:
         low, high, force = seen[0].s, seen[-1].s, float(load.sum())
-        if low == high or not force > 0.0:
+        if low == high or not force > 0.0 or np.count_nonzero(load) < 2:  # no second moment
             return seen
         centre = float(load @ s) / force
         spread = 2.0 * math.sqrt(float(load @ (s - centre) ** 2) / force)

@@ -29,8 +29,8 @@ REFUSED = [
     # adaptive meshes look at gaps and at parts that face one another before there is a mesh
     ("stack", ['contact.0.primary="base.hole"'], "contact[0].primary: body 'base': no part"),
     ("stack", ["contact.0.gap=x - z"], "contact[0].gap: unknown name 'z'"),
-    ("space_stack", ["body.0.boundary.0.value=[0, 0]"], "the body has 3 dimensions, got 2"),
-    ("space_stack", ["step.1.boundary.0.value=[0.1, 0.2]"], "the body has 3 dimensions, got 2"),
+    ("space_stack", ["body.0.boundary.0.value=[0, 0]"], "(bottom).value: the body has 3 dim"),
+    ("space_stack", ["step.1.boundary.0.value=[0.1, 0.2]"], "step[1].boundary[0].value: the bo"),
     ("space_sphere", ["step.1.obstacle.0.displacement=[0, 1]"], "components here, got 2"),
     ("space_stack", ["body.1.mesh.levels=3"], "mesh.levels: is for plane bodies"),
     ("space_stack", ["body.0.mesh.accuracy=0.01"], "mesh.accuracy: is for adaptive meshes"),

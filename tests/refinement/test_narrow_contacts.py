@@ -50,3 +50,5 @@ def test_what_is_no_hertzian_contact_keeps_its_edges():
     close = [Edge(-0.1, 0.1), Edge(0.1, 0.1)]
     assert NarrowContact(lambda x: x**2 / RADIUS, COMPLIANCE).edges(close, s, load, inside) == close
     assert round_gap.edges([], s, load, inside) == []
+    one = s == s[len(s) // 2]  # a zone of one node has no second moment
+    assert round_gap.edges(close, s, load, one) == close

@@ -74,7 +74,7 @@ def test_reactions_balance_the_loads(solution):
     assert "reactions: top (" in solution.verdict() and "left (" not in solution.verdict()
     pulled = contact.weight[contact.sigma_n > 0.0].sum() / 8.0
     assert solution.tension_share == pytest.approx(pulled)
-    assert f"pulls on {100 * pulled:.3g} % of it" in solution.verdict()
+    assert f"pulls on about {100 * pulled:.2g} % of it" in solution.verdict()
     assert all(len(line) <= 80 for line in solution.verdict().splitlines())
 
 

@@ -27,6 +27,7 @@ from ...geometry.surface import Boundary
 from ...given.body_data import Body
 from ...given.conditions import Condition, Displacement, Symmetry, Term
 from ...given.sites import Sites
+from ...given.values import Given
 from ...mesh.approximation import MEAN, TOTAL, Samples, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...round_off import SOLVED, WRITTEN
@@ -74,7 +75,7 @@ def _values(
         for part, condition in of_step.items():
             nodes = mesh.nodes_of(part)
             if part not in cache or cache[part][0] is not condition:
-                cache[part] = condition, _nodal_values(condition, mesh, in_body(body.name))
+                cache[part] = condition, _nodal_values(condition, mesh)
             before = np.array(getattr(condition, "onward", 0.0)) * value[s - 1, nodes]
             value[s, nodes] = before + cache[part][1]
     return value
@@ -110,7 +111,7 @@ def _components(
     traction_known = np.ones((n, d), dtype=bool)
     for part, condition in body.conditions[step - 1].items():
         if isinstance(condition, Displacement):
-            check_components(f"{in_body(body.name)}{part}.value", condition.value, d)
+            _check_values(condition.value, d)
             traction_known[mesh.nodes_of(part)] = condition.free
         elif isinstance(condition, Symmetry):
             nodes = mesh.nodes_of(part)
@@ -252,14 +253,20 @@ def check_components(key: str, value: Sequence[object] | Array, d: int) -> None:
         )
 
 
-def _nodal_values(condition: Condition, mesh: BoundaryMesh, name: str) -> Array:
+def _check_values(value: Sequence[Given | None], d: int) -> None:
+    """Refuse values with another number of components than d, by the key of the first one."""
+    key = next((each.key for each in value if each is not None), "value[0]")
+    check_components(key.rpartition("[")[0], value, d)
+
+
+def _nodal_values(condition: Condition, mesh: BoundaryMesh) -> Array:
     """Return the values of a condition at the nodes of its part, (m, d)."""
     nodes = mesh.nodes_of(condition.part)
     result = np.zeros((len(nodes), mesh.components))
     normal = lifted(mesh.normal[nodes], mesh.components)
     for term in condition.terms:
         if not term.is_pressure:
-            check_components(f"{name}{condition.part}.value", term.data, mesh.components)
+            _check_values(term.data, mesh.components)
         nodal = term.at(mesh.sites(nodes), normal)
         samples = samples_of_term(term, mesh, condition.part)
         if samples is not None:

@@ -271,9 +271,10 @@ def _defects(pair: PairResult, tell: Teller, law: Law) -> Iterator[str]:
     if 0 < count < min(np.count_nonzero(faced), FEW ** pair.tangent.shape[1] + 1):
         yield f"ONLY {count} of {len(p)} nodes closed: p is not resolved, refine the mesh there"
     if pair.tension_share > 0.0:
-        most = f"{float(f'{-float(p.min()):.3g}'):g} {tell.unit('stress')}".strip()
-        share = f"pulls on {100.0 * pair.tension_share:.3g} % of it: bilateral contact cannot open"
-        yield f"tension up to {most}" if law.normal == "bonded" else share
+        most = f"{float(f'{-float(p.min()):.2g}'):g} {tell.unit('stress')}".strip()
+        share = f"about {float(f'{100.0 * pair.tension_share:.2g}'):g} % of it"
+        pulls = f"pulls on {share}: bilateral contact cannot open"
+        yield f"tension up to about {most}" if law.normal == "bonded" else pulls
     if tell.verbose:
         penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
         excess = float(np.maximum(lengths(pair.sigma_t) - pair.bound, 0.0).max(initial=0.0))

@@ -156,8 +156,9 @@ def _accuracy(tell: Teller) -> list[str]:
         items.append("against half as many elements")
     if not np.isnan(accuracy.tractions):
         items.append(f"of p and q {accuracy.tractions:.1e}")
-    if not np.isnan(accuracy.with_ends):
-        items.append(f"with the ends of parts {accuracy.with_ends:.1e}")
+    ends = f"{accuracy.with_ends:.1e}"
+    if float(ends) > float(f"{accuracy.error:.1e}"):
+        items.append(f"with the ends of parts {ends}")
     lines = [*wrapped(f"  error of {what}: ", items), *_path(accuracy.path)]
     return [*lines, *_meshes(accuracy)] if tell.verbose else lines
 

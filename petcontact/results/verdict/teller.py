@@ -93,8 +93,8 @@ class Teller:
         share = replace(number, value=parts[0], error=parts[1], scale=0.0)
         if share.error >= max(share.size, 100.0 - share.size):
             return "not known"
-        exact = share.error < 0.05 and abs(parts[0][0] - round(float(parts[0][0]))) < 0.05
-        return f"{parts[0][0]:.0f} %" if exact else told(share, "%", self.some)
+        either = share.error < 0.05 and min(share.size, abs(100.0 - share.size)) < 0.05
+        return f"{share.size:.0f} %" if either else told(share, "%", self.some)
 
 
 def label(step: StepResult) -> str:

@@ -121,7 +121,7 @@ def wrapped(head: str, items: list[str], separator: str = ",", width: int = WIDT
     the first, or by four more than it where it is long."""
     if separator == ",":
         items = [item.replace(" ", KEPT) for item in items]
-    indent = len(head) if len(head) <= width // 3 else len(head) - len(head.lstrip()) + 4
+    indent = len(head) if len(head) <= width // 4 else len(head) - len(head.lstrip()) + 4
     start = head.replace(" ", KEPT)
     if indent < len(head):  # a long head may stand alone on its line
         start = f"{start[:-1]} "
