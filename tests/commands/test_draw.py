@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
 
 from petcontact import load
 from petcontact.commands.main import main
@@ -60,6 +62,20 @@ def test_faces_between_blocks_have_no_name_but_their_law_in_the_title():
     names = [text.get_text().partition("\n")[0] for text in figure.axes[0].texts]
     assert sorted(names) == ["front", "front", "right", "right", "top"]
     assert "pair interface: unilateral, friction coefficient 0.3" in figure._suptitle.get_text()
+
+
+def test_arrows_are_even_and_names_apart_in_a_narrow_picture():
+    """The thread is higher than wide, and its mesh is graded; its law stands once."""
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    draw_model(figure, as_posed(load(CONFIGS / "axial_thread.toml")))
+    (axes,) = figure.axes
+    (load_arrows,) = (each for each in axes.collections if isinstance(each, Quiver))
+    apart = np.diff(np.sort(load_arrows.XY[:, 0]))
+    assert len(apart) > 4 and np.allclose(apart, apart[0], rtol=1e-9)
+    figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in axes.texts if text.get_rotation() == 0.0]
+    assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
+    assert sum("frictionless" in text.get_text() for text in axes.texts) == 1
 
 
 def test_draw_refuses_what_solve_refuses(tmp_path, capsys):

@@ -14,13 +14,14 @@ from ...untyped import Axes, Figure
 from ..data import SolutionData
 from ..vtu.inner_fields import filled_bodies
 from .model_in_space import draw_space
-from .outline_curves import outlines
+from .outline_curves import outlines, round_places
 from .plane_figures import BODIES, fit_height, place
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
 from .surroundings import (
     LOAD,
     LONG,
     THICK,
+    along,
     draw_arrows,
     draw_loads,
     draw_obstacles,
@@ -59,9 +60,11 @@ def _draw_plane(figure: Figure, solution: SolutionData) -> None:
     axes.set_title(titled(solution))
     legend_below(axes, 5)
     fit_height(figure, axes, beside=BESIDE, above=1.6)
-    taken = list[object]()
+    figure.draw_without_rendering()  # sizes are known only then
+    pixels = np.ptp(axes.transData.transform(np.eye(2))[:, 0])
+    letter, taken = SMALL / 72.0 * figure.dpi / pixels, list[object]()
     for part, mesh in sorted(parts, key=lambda each: each[0].kind == "free"):
-        _named(axes, mesh, part, taken, 0.5 * THICK * size)
+        _named(axes, mesh, part, taken, letter, 0.5 * THICK * size)
 
 
 def _bodies(axes: Axes, solution: SolutionData) -> None:
@@ -83,12 +86,17 @@ def _bodies(axes: Axes, solution: SolutionData) -> None:
 def _edge(axes: Axes, mesh: CurveMesh, part: LabelledPart) -> None:
     """A part that may touch, as a thick line."""
     for elements in stretches(mesh, part.name):
-        x = mesh.on_elements(elements, np.linspace(-1.0, 1.0, 5))[0].reshape(-1, 2)
+        x = mesh.on_elements(elements, round_places(mesh))[0].reshape(-1, 2)
         axes.plot(*x.T, color=KINDS["contact"], lw=2.4, label=new_label(axes, "contact"))
 
 
 def _named(
-    axes: Axes, mesh: CurveMesh, part: LabelledPart, taken: list[object], away: float
+    axes: Axes,
+    mesh: CurveMesh,
+    part: LabelledPart,
+    taken: list[object],
+    letter: float,
+    away: float,
 ) -> None:
     """The name of a part along its longest stretch, and what holds on it: on the inner side, or
     where others stand there on the outer one."""
@@ -99,8 +107,8 @@ def _named(
     angle = float(np.degrees(np.arctan2(normal[0], -normal[1])))
     angle = angle - 180.0 * np.floor((angle + 89.0) / 180.0)  # no text stands on its head
     upwards = normal @ [-np.sin(np.radians(angle)), np.cos(np.radians(angle))]
-    letter = SMALL / 72.0 * np.ptp(axes.get_xlim()) / (axes.figure.get_figwidth() - BESIDE)
-    for text, side in itertools.product((part.words, part.name), (-1.0, 1.0)):
+    # outside beyond the symbol of a support, which is 2 * away thick
+    for text, side in itertools.product((part.words, part.name), (-1.0, 3.0)):
         start = x + side * away * normal
         if has_room(taken, start, text, letter, angle, 0.0 if side * upwards > 0.0 else -1.0):
             axes.text(
@@ -121,10 +129,7 @@ def _middle(mesh: CurveMesh, part: str) -> tuple[Array, Array] | None:
     longest = max(stretches(mesh, part), key=lambda one: mesh.length[one].sum(), default=None)
     if longest is None:
         return None
-    way = np.cumsum(mesh.length[longest])
-    k = int(np.searchsorted(way, 0.5 * way[-1]))
-    within = 1.0 - (way[k] - 0.5 * way[-1]) / mesh.length[longest[k]]
-    x, normal = mesh.at(longest[k : k + 1], np.array([within]))
+    x, normal = mesh.at(*along(mesh, longest, np.array([0.5 * mesh.length[longest].sum()])))
     return x[0], normal[0]
 
 

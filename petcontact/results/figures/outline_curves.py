@@ -8,10 +8,20 @@ from ...arrays import Array, Index
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh
 
+CHORD = 0.07
+"""Angle of the chords of arcs [rad]: of an arc that fills a picture, with a radius of 400 pixels,
+they are off by r CHORD²/8, a quarter of a pixel."""
+
+
+def round_places(mesh: CurveMesh) -> Array:
+    """Places on elements, -1 to 1, between which polynomials and the widest arc look smooth."""
+    chords = np.ceil(2.0 * np.abs(mesh.half_angle).max() / CHORD)
+    return np.linspace(-1.0, 1.0, max(int(chords), 8) + 1)
+
 
 def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
     """Return the initial and the deformed curve (k, 2) of each loop; arcs are round."""
-    everywhere = np.linspace(-1.0, 1.0, 7)
+    everywhere = round_places(mesh)
     number, initial, moved, deformed = [], [], [], []
     curved = mesh.curvature != 0.0
     for order, bent in sorted({*zip(mesh.order.tolist(), curved.tolist(), strict=True)}):

@@ -26,8 +26,8 @@ SMALL = 6.5
 
 @record
 class LabelledPart:
-    """A part of a body, what is known on it, and that in words; the law of a pair is that of its
-    secondary."""
+    """A part of a body, what is known on it, and that in words; the law of a contact
+    stands at its first secondary."""
 
     body: str
     name: str
@@ -57,10 +57,11 @@ def parts_of(solution: SolutionData) -> list[LabelledPart]:
             kind = _kind(condition, solution.bodies[name].traction[mesh.nodes_of(part)])
             text = "" if kind == "free" or condition is None else condition_text(condition)
             labelled[name, part] = LabelledPart(name, part, kind, text)
+    first = {side.group: side.ends[0] for side in reversed(problem.interfaces)}
     for side in problem.interfaces:
         for number, part in () if side.periodic else side.ends:
             pair = "" if side.is_condition else f"pair {side.group}"
-            text = law_text(side.law) if (number, part) == side.ends[0] else ""
+            text = law_text(side.law) if (number, part) == first[side.group] else ""
             labelled[names[number], part] = LabelledPart(names[number], part, "contact", text, pair)
     return list(labelled.values())
 

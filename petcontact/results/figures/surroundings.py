@@ -36,7 +36,7 @@ BEHIND: dict[str, dict[str, str]] = {
 }
 """How what lies behind an edge is filled."""
 WITHIN = np.linspace(0.0, 1.0, 9)
-"""Places on an element at which its edge is drawn: arrows are as even on large elements."""
+"""Places on an element at which its edge is drawn."""
 EDGE, CONTACT, LOAD = "0.35", "0.25", COLOURS[3]
 """Colours."""
 
@@ -110,15 +110,14 @@ def _band(axes: Axes, near: Array, far: Array, word: str) -> None:
 def draw_supports(axes: Axes, solution: SolutionData, view: View) -> None:
     """What holds bodies at the end: hatching where all components are given, else rollers."""
     size, high = size_of(solution), THICK * size_of(solution)
-    for side in _sides(solution, view):
+    sides, even = _sides(solution, view), _sides(solution, view, size / ARROWS)
+    for side, rollers in zip(sides, even, strict=True):
         condition = side.condition
         if isinstance(condition, Symmetry) or (
             isinstance(condition, Displacement) and any(condition.free)
         ):
-            start = 0.5 * high * side.normal
-            rollers = spread(side.x, size / ARROWS)
             axes.plot(
-                *(side.x + start)[rollers].T,
+                *(rollers.x + 0.5 * high * rollers.normal).T,
                 "o",
                 ms=4.0,
                 mfc="w",
@@ -126,7 +125,7 @@ def draw_supports(axes: Axes, solution: SolutionData, view: View) -> None:
                 mew=0.8,
                 label=new_label(axes, "roller"),
             )
-            axes.plot(*(side.x + 2.0 * start).T, color=EDGE, lw=1.0)
+            axes.plot(*(side.x + high * side.normal).T, color=EDGE, lw=1.0)
         elif isinstance(condition, Displacement):
             still = all(datum is None or datum.is_zero for datum in condition.value)
             far = side.x + high * side.normal
@@ -136,17 +135,17 @@ def draw_supports(axes: Axes, solution: SolutionData, view: View) -> None:
 def draw_loads(axes: Axes, solution: SolutionData, view: View) -> None:
     """Tractions that are given, at the end."""
     size = size_of(solution)
-    sides = [side for side in _sides(solution, view) if isinstance(side.condition, Traction)]
+    even = _sides(solution, view, size / ARROWS)
+    sides = [side for side in even if isinstance(side.condition, Traction)]
     every = np.vstack([np.zeros((1, 2)), *(side.traction for side in sides)])
     largest = float(np.hypot(*every.T).max())
     word = f"load, up to {largest:.3g} {solution.problem.units.stress or ''}".rstrip()
     if largest == 0.0:
         return
     for side in sides:
-        shown = spread(side.x, size / ARROWS)
         pulls = np.sum(side.traction * side.normal, axis=1) > 0.0
         arrows = side.traction * (LONG * size / largest)
-        draw_arrows(axes, side.x, arrows, pulls, shown, word, LOAD)
+        draw_arrows(axes, side.x, arrows, pulls, np.arange(len(arrows)), word, LOAD)
 
 
 USUAL = 0.9
@@ -222,7 +221,7 @@ def spread(x: Array, apart: float) -> Index:
 
 @record
 class _Side:
-    """Nodes (m, 2) of a connected stretch of a part as they are drawn, in order, and its
+    """Points (m, 2) of a connected stretch of a part as they are drawn, in order, and its
     condition."""
 
     x: Array
@@ -231,15 +230,15 @@ class _Side:
     condition: Condition
 
 
-def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
-    """The stretches of all parts that have a condition at the end."""
+def _sides(solution: SolutionData, view: View, apart: float = 0.0) -> Iterator[_Side]:
+    """The stretches of all parts that have a condition at the end, at points that are about `apart`
+    from one another [length], `ARROWS` at most; at several of each element by default."""
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         found, curve = solution.bodies[name], as_curve(mesh)
         conditions = solution.posed.bodies[number].conditions[solution.last.step - 1]
         for part, condition in conditions.items():
             for elements in stretches(curve, part):
-                rows = np.repeat(elements, len(WITHIN))
-                place = np.tile(WITHIN, len(elements))
+                rows, place = _places(curve, elements, apart)
                 x, normal = curve.at(rows, place)
                 basis = curve.basis_at(rows, place)
                 yield _Side(
@@ -248,6 +247,22 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
                     basis @ found.traction[:, :2],
                     condition,
                 )
+
+
+def _places(mesh: CurveMesh, elements: Index, apart: float) -> tuple[Index, Array]:
+    """Elements, and places on them in [0, 1], at which a stretch is drawn, see `_sides`."""
+    if apart == 0.0:
+        return np.repeat(elements, len(WITHIN)), np.tile(WITHIN, len(elements))
+    whole = float(mesh.length[elements].sum())
+    count = min(max(round(whole / apart), 2), ARROWS - 1) + 1
+    return along(mesh, elements, np.linspace(0.0, whole, count))
+
+
+def along(mesh: CurveMesh, elements: Index, s: Array) -> tuple[Index, Array]:
+    """Elements, and places on them in [0, 1], at arc lengths (q,) of a stretch [length]."""
+    way = np.cumsum(mesh.length[elements])
+    k = np.searchsorted(way, s).clip(max=len(elements) - 1)
+    return elements[k], 1.0 - (way[k] - s) / mesh.length[elements[k]]
 
 
 def stretches(mesh: CurveMesh, part: str) -> list[Index]:
