@@ -10,12 +10,12 @@ import os
 import sys
 import textwrap
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from ..arrays import Array, States
 from ..errors import InputError
-from ..untyped import Axes, Keyed
+from ..untyped import Axes, Figure, Keyed
 from .atomic_write import temporary_name
 from .terminal import printable
 
@@ -87,14 +87,14 @@ def png(draw: Callable[..., None], *arguments: object) -> str:
 def _save(target: object, suffix: str, draw: Callable[..., None], *arguments: object) -> None:
     """Draw one figure into a file."""
     load_matplotlib()
+    from matplotlib import figure as figures
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     with warnings.catch_warnings(), rc_context(style()):
         # Matplotlib's reader of formulas warns of itself
         warnings.filterwarnings("ignore", module="matplotlib|pyparsing")
-        figure = Figure(figsize=SIZE, dpi=150, layout="constrained")
+        figure = figures.Figure(figsize=SIZE, dpi=150, layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure, *arguments)
         # no date: the same result is the same file
@@ -103,8 +103,17 @@ def _save(target: object, suffix: str, draw: Callable[..., None], *arguments: ob
         how: Keyed = (
             {"dpi": 150, "pil_kwargs": {"compress_level": 3}} if suffix == "png" else {"dpi": DOTS}
         )
-        how |= {"bbox_inches": "tight", "pad_inches": 0.06}  # no empty bands
+        # no empty bands; boxes about axes in space leave out their names
+        seen = [*figure.get_default_bbox_extra_artists(), *_names_in_space(figure)]
+        how |= {"bbox_inches": "tight", "pad_inches": 0.06, "bbox_extra_artists": seen}
         figure.savefig(target, format=suffix, metadata=stamp, **how)
+
+
+def _names_in_space(figure: Figure) -> Iterator[object]:
+    """The names of axes in space that are shown."""
+    for axes in figure.axes:
+        if axes.name == "3d":
+            yield from (axis.label for axis in (axes.xaxis, axes.yaxis, axes.zaxis))
 
 
 def load_matplotlib() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 from examples import example
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 from matplotlib.text import Annotation
 
 from petcontact import MeshOptions, Problem, load, solve
@@ -25,12 +28,13 @@ from petcontact.results.figures.hoop import hoop_stress
 from petcontact.results.figures.outline_curves import outlines
 from petcontact.results.figures.plots import drawings
 from petcontact.results.figures.stress_figure import draw_von_mises
+from petcontact.results.figures.surroundings import evenly
 from petcontact.results.figures.view import view_of
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.numbers.number import Number
 from petcontact.results.records import ObstacleResult
 from petcontact.results.solution import read_result
-from petcontact.runtime.figure_style import name_what_is_seen
+from petcontact.runtime.figure_style import name_what_is_seen, png
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -207,3 +211,17 @@ def test_the_stress_along_the_boundary_of_a_ring_is_its_hoop_stress():
     state = ring.body_fields().on_boundary(element, place)
     hoop = hoop_stress(ring.mesh, element, place, state)
     assert np.abs(hoop - np.where(arc, around, radial)).max() < 1e-4 * around.max()
+
+
+def test_values_along_a_curve_are_even_on_a_graded_mesh():
+    s = 4.0 * np.linspace(0.0, 1.0, 40) ** 3
+    even = evenly(np.column_stack([s, 0.0 * s, 2.0 * s]), 0.5)
+    assert np.allclose(even[:, 0], np.arange(9) * 0.5) and np.allclose(even[:, 2], 2 * even[:, 0])
+
+
+def test_a_picture_holds_the_names_of_axes_in_space():
+    def draw(figure, away):
+        figure.add_subplot(projection="3d").set_zlabel("z", labelpad=away)
+
+    wide = [imread(io.BytesIO(base64.b64decode(png(draw, a)))).shape[1] for a in (0.0, 60.0, 120.0)]
+    assert wide[0] < wide[1] < wide[2]

@@ -55,7 +55,7 @@ def _draw_plane(figure: Figure, solution: SolutionData) -> None:
     draw_loads(axes, solution, view)
     for at, force in point_forces(solution):
         arrow = LONG * size * force / np.linalg.norm(force)
-        draw_arrows(axes, at[None], arrow[None], np.array([False]), np.arange(1), "force", LOAD)
+        draw_arrows(axes, at[None], arrow[None], np.array([False]), "force", LOAD)
     place(axes, solution)
     axes.set_title(titled(solution))
     legend_below(axes, 5)

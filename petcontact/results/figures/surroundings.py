@@ -145,7 +145,7 @@ def draw_loads(axes: Axes, solution: SolutionData, view: View) -> None:
     for side in sides:
         pulls = np.sum(side.traction * side.normal, axis=1) > 0.0
         arrows = side.traction * (LONG * size / largest)
-        draw_arrows(axes, side.x, arrows, pulls, np.arange(len(arrows)), word, LOAD)
+        draw_arrows(axes, side.x, arrows, pulls, word, LOAD)
 
 
 USUAL = 0.9
@@ -167,10 +167,12 @@ def draw_tractions(axes: Axes, solution: SolutionData, view: View) -> None:
         traction = along - pair.pressure[:, None] * pair.normal
         arrows = traction * (LONG * size / largest)
         arrows *= np.minimum(1.0, LONGEST * size / np.maximum(np.hypot(*arrows.T), TINY))[:, None]
-        x, order = moved(solution, name, view.factor), np.argsort(pair.arc_length)
-        closed = order[pair.state[order] != OPEN]
-        shown = closed[spread(x[closed], 0.5 * size / ARROWS)]
-        draw_arrows(axes, x, arrows, pair.pressure < 0.0, shown, word, CONTACT)
+        known = np.column_stack([moved(solution, name, view.factor), arrows, pair.pressure])
+        order = np.argsort(pair.arc_length)
+        closed = np.flatnonzero(pair.state[order] != OPEN)
+        for run in np.split(closed, np.flatnonzero(np.diff(closed) > 1) + 1) if len(closed) else ():
+            even = evenly(known[order[run]], 0.5 * size / ARROWS)
+            draw_arrows(axes, even[:, :2], even[:, 2:4], even[:, 4] < 0.0, word, CONTACT)
 
 
 def _usual(pair: PairResult) -> float:
@@ -181,17 +183,16 @@ def _usual(pair: PairResult) -> float:
     return float(pair.size[order][np.searchsorted(share, USUAL * share[-1])])
 
 
-def draw_arrows(
-    axes: Axes, x: Array, arrows: Array, pulls: Mask, shown: Index, word: str, colour: str
-) -> None:
+def draw_arrows(axes: Axes, x: Array, arrows: Array, pulls: Mask, word: str, colour: str) -> None:
     """Arrows with their points at places (m, 2), or where they pull with their feet."""
-    shown = shown[np.any(arrows[shown] != 0.0, axis=1)]
-    if not len(shown):
+    shown = np.any(arrows != 0.0, axis=1)
+    if not shown.any():
         return
-    start = x[shown] - np.where(pulls[shown, None], 0.0, arrows[shown])
+    arrows = arrows[shown]
+    start = x[shown] - np.where(pulls[shown, None], 0.0, arrows)
     axes.quiver(
         *start.T,
-        *arrows[shown].T,
+        *arrows.T,
         angles="xy",
         scale_units="xy",
         scale=1.0,
@@ -201,22 +202,18 @@ def draw_arrows(
         color=colour,
         zorder=3.0,
     )
-    axes.update_datalim(np.vstack([start, start + arrows[shown]]))
+    axes.update_datalim(np.vstack([start, start + arrows]))
     axes.autoscale_view()
     if new_label(axes, word):
         axes.plot([], [], ls="", marker=r"$\rightarrow$", color=colour, ms=10.0, label=word)
 
 
-def spread(x: Array, apart: float) -> Index:
-    """Numbers of points (m, 2) in order along a curve that are about equally far from one another,
-    at least by a distance, and `ARROWS` at most."""
-    if not len(x):
-        return np.arange(0)
-    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(x, axis=0).T)))
-    count = min(ARROWS, round(way[-1] / apart) + 1)
-    wanted = np.linspace(0.0, way[-1], max(count, 3))
-    numbers: Index = np.unique(np.searchsorted(way, wanted).clip(0, len(x) - 1))
-    return numbers
+def evenly(known: Array, apart: float) -> Array:
+    """Values (m, k) along a curve, of which the first two are its points in order, at points that
+    are equally far from one another, about a distance apart, and `ARROWS` at most."""
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(known[:, :2], axis=0).T)))
+    wanted = np.linspace(0.0, way[-1], min(ARROWS, max(round(way[-1] / apart) + 1, 3)))
+    return np.column_stack([np.interp(wanted, way, column) for column in known.T])
 
 
 @record
