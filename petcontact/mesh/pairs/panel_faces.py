@@ -4,21 +4,17 @@ another."""
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 
 from ... import native
-from ...arrays import Array, Index, Mask, largest_by, smallest_by
+from ...arrays import Array, Index, largest_by, smallest_by
 from ...geometry.arcs import cross
-from ...geometry.quadratic import position
-from ...record import record
+from ...record import record, replace
 from ...round_off import SINGLE, SUMMED, WRITTEN
-from ..curved.curved_panels import CurvedPanels
-from ..panels import Panels
 from .clipping import area, fan_rule, shared
-from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along, line_rows
+from .panel_shapes import PanelShapes
+from .ray_casting import TOGETHER, FacingSegments, Hits, along, line_rows
 
 BENT = 1e-2
 """Distance over the size of a curved panel up to which two coincide; shadows have straight sides
@@ -33,82 +29,8 @@ _meet = native.function("petcontact_space_meet", "iNDDDDDidddDD")
 
 
 @record
-class PanelFaces(Faces):
-    """Convex panels with the body behind them; arrays over n of them.
-
-    Attributes
-    ----------
-    centre : (n, 3) array
-        Of the corners [length].
-    frame : (n, 3, 3) array
-        Rows: two directions in the plane of the corners and the outward normal.
-    size : (n,) array
-        Unit of coordinates in that plane [length].
-    outline : (n, 4, 2) array
-        Corners in that plane, the last one of triangles twice [-].
-    polygon : (n, 4, 2) array
-        The same in the panels' own local coordinates [-].
-    shape : (n, 9, 3) array
-        Coefficients of ξ^i η^j of local coordinates, number 3i + j [length].
-    bent : (n,) bool array
-        Whether it is curved.
-    """
-
-    centre: Array
-    frame: Array
-    size: Array
-    outline: Array
-    polygon: Array
-    shape: Array
-    bent: Mask
-    SAMPLES: ClassVar[int] = 3
-
-    @staticmethod
-    def from_groups(groups: Sequence[Panels | CurvedPanels], numbers: Index) -> PanelFaces:
-        """Return some panels of a mesh, in the order of their numbers, from its groups of one
-        kind."""
-        index = np.concatenate([group.index for group in groups])
-        order = np.argsort(index)
-        chosen = order[np.searchsorted(index[order], numbers)]
-        chords = [group.chord for group in groups]
-        arrays = [[getattr(chord, key) for chord in chords] for key in ("centre", "frame", "size")]
-        arrays += [[_four(group.polygon) for group in some] for some in (chords, groups)]
-        arrays += [[group.shape for group in groups]]
-        centre, frame, size, outline, polygon, shape = (
-            np.concatenate(parts)[chosen] for parts in arrays
-        )
-        bent = np.concatenate(
-            [np.full(len(group.index), isinstance(group, CurvedPanels)) for group in groups]
-        )[chosen]
-        return PanelFaces(centre, frame, size, outline, polygon, shape, bent)
-
-    def at(self, number: Index, place: Array) -> tuple[Array, Array]:
-        """Return points (k, 3) and outward normals (k, 3) at local coordinates (k, 2) of some
-        panels."""
-        x = self.centre[number] + self.size[number, None] * np.einsum(
-            "kc,kcd->kd", place, self.frame[number, :2]
-        )
-        normal, bent = np.array(self.frame[number, 2]), np.flatnonzero(self.bent[number])
-        if len(bent):
-            x[bent], along = position(self.shape[number[bent]], place[bent])
-            area = np.cross(along[:, 0], along[:, 1])
-            normal[bent] = area / np.linalg.norm(area, axis=1, keepdims=True)
-        return x, normal
-
-    def spread(self, number: Index, share: Array) -> Array:
-        """See `Faces.spread`: bilinear between the corners."""
-        a, b = share.T
-        corners = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
-        return np.asarray(np.einsum("kc,kcd->kd", corners, self.polygon[number]))
-
-    def __len__(self) -> int:
-        return len(self.size)
-
-    def rims(self) -> tuple[Index, Array, Array]:
-        """See `Faces.rims`; the doubled corner of a triangle has no side."""
-        following = np.roll(self.polygon, -1, axis=1)
-        number, side = np.nonzero(np.any(following != self.polygon, axis=2))
-        return number, self.polygon[number, side], following[number, side]
+class PanelFaces(PanelShapes):
+    """Convex panels that are met by lines and face other panels."""
 
     def _cast(self, x: Array, direction: Array) -> Hits:
         """See `Faces.cast`."""
@@ -136,6 +58,14 @@ class PanelFaces(Faces):
     ) -> FacingSegments:
         """See `Faces.segments`: opposite panels, projected onto the plane of each panel, clip
         it."""
+        (own, whole), (seen, behind) = self.cut(), other.cut()
+        found = own._facing(seen, order[whole], opposite[behind], direction)
+        return replace(found, face=whole[found.face], other=behind[found.other])
+
+    def _facing(
+        self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None
+    ) -> FacingSegments:
+        """Return `segments` of panels whose sides are nearly straight."""
         segments = self._clipped(other, order, opposite, direction)
         segments = self._nearest_only(
             other, segments, along(direction, self.frame[:, 2]), direction
@@ -210,15 +140,7 @@ class PanelFaces(Faces):
 
         Pieces of a curved side enclose the same area with its chord as the curve.
         """
-        start, end = (
-            corners[:, :, None] for corners in (self.polygon, np.roll(self.polygon, -1, axis=1))
-        )
-        share = np.linspace(0.0, 1.0, pieces + 1)[:, None]
-        # ends to the last digit: a side between two places that are one has no direction
-        place = start + share * (end - start)
-        place[:, :, -1:] = end
-        number = np.broadcast_to(np.arange(len(self))[:, None, None], place.shape[:-1])
-        x = self.at(number.ravel(), place.reshape(-1, 2))[0].reshape(*place.shape[:-1], 3)
+        share, x = self.at_rims(pieces)
         chord = x[:, :, :1] + share * (x[:, :, -1:] - x[:, :, :1])
         chord[:, :, -1] = x[:, :, -1]
         # of a parabola, inscribed lines leave out 1/pieces²
@@ -366,8 +288,3 @@ class PanelFaces(Faces):
             distance[asked] <= np.abs(first.distance) + slack * self.size[found.face[asked]]
         )
         return found.take(kept)
-
-
-def _four(polygon: Array) -> Array:
-    """Return corners (n, 4, 2), the last one of triangles twice."""
-    return np.pad(polygon, ((0, 0), (0, 4 - polygon.shape[1]), (0, 0)), mode="edge")
