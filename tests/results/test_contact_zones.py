@@ -11,8 +11,9 @@ from marks import slow
 
 from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.geometry.surface import BoxSurface
+from petcontact.mesh.curve_mesh import CurveMesh
 from petcontact.mesh.panelling import box_mesh
-from petcontact.results.contact_zones import areas, pair_edges
+from petcontact.results.contact_zones import areas, hidden_slip, pair_edges
 
 MODULUS = 1.1
 
@@ -65,6 +66,34 @@ def test_edges_between_nodes_of_two_panels(order, exact, size, half, area):
     (found, told), (slips, _) = areas(mesh, nodes, pair, 2.0 / MODULUS)
     assert abs(found - area) < min(told, 0.04 * area) and told < 0.27 * area
     assert slips == 0.0
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_may_slip_where_q_is_more_than_friction_between_nodes(dim):
+    """Dugdale's length, twice, of one element of which all nodes stick, though g falls below q at
+    its end: it was 0. Nothing may slip where g does not, or where there is no bound."""
+    if dim == 3:
+        mesh = box_mesh(BoxSurface(np.zeros(3), np.ones(3)), lambda _: 1.0, 2, 1.0)
+    else:
+        ends, none = np.array([[1.0, 0.0], [0.0, 0.0]]), np.zeros(1, dtype=np.int64)
+        arguments = none + 2, none, none - 1, np.zeros(1), ("top",)
+        mesh = CurveMesh(ends[:1], ends[1:], np.zeros(1), *arguments)
+    nodes = mesh.nodes_of("top")
+    falls = 0.9 * (mesh.x[nodes, 0] - 0.5)
+
+    def may_slip(bound):
+        pair = SimpleNamespace(
+            state=np.full(len(nodes), STICK),
+            sigma_t=np.tile(0.25 * np.eye(dim - 1)[:1], (len(nodes), 1)),
+            bound=bound,
+        )
+        return hidden_slip(mesh, nodes, pair, 2.0 / MODULUS, ())
+
+    area, slip, energy, q = may_slip(0.6 - falls)
+    assert area == pytest.approx(2.0 * (0.25 * np.pi * 0.25 / 0.6) ** 2)
+    assert q == pytest.approx(0.25) and energy == pytest.approx(0.6 * slip * area) and slip > 0.0
+    for bound in (0.8 - falls, np.full(len(nodes), np.inf)):
+        assert may_slip(bound) == (0.0, 0.0, 0.0, 0.0)
 
 
 def pressed(start, turn=2.0 * np.pi, contact=1.0, half=0.3, nodes=200):
