@@ -197,12 +197,10 @@ class RigidModeConstraint:
         both[0][:, active], both[1][:, active] = self.columns.T, self.rows
         return both[0], both[1]
 
-    def around(self, block: Array) -> Array:
-        """Return the matrix bordered by the rigid motions."""
-        n, r = len(block), self.resisted.shape[1]
-        whole = np.zeros((n + r, n + r), order="F")
-        whole[:n, :n], whole[:n, n:], whole[n:, :n] = block, self.columns, self.rows
-        return whole
+    def border(self, matrix: Array) -> None:
+        """Write the rigid motions into the last rows and columns of a matrix."""
+        n = len(matrix) - len(self.rhs)
+        matrix[:n, n:], matrix[n:, :n], matrix[n:, n:] = self.columns, self.rows, 0.0
 
     def work(self, resultant: Array) -> Array:
         """Return the values of the rows for a traction with the resultant Eσ (r,)."""

@@ -150,7 +150,7 @@ void petcontact_first_traction(int64_t m, int64_t k, const double *derivative, c
 /* The block (q, q) of (I - derivative)/rho + S derivative on q components, it and S (n, n) by columns; `mixed` has room for q
    numbers. */
 void petcontact_active_block(int64_t n, int64_t k, const double *s, const double *derivative, const double *rho,
-                             const int64_t *active, int64_t q, int64_t *mixed, double *block)
+                             const int64_t *active, int64_t q, int64_t *mixed, int64_t rows, double *block)
 {
     int64_t count = 0;
     for (int64_t c = 0; c < q; c++) {
@@ -162,7 +162,7 @@ void petcontact_active_block(int64_t n, int64_t k, const double *s, const double
     }
     for (int64_t c = 0; c < q; c++)
         for (int64_t r = 0; r < q; r++)
-            block[q * c + r] = s[n * active[c] + active[r]];
+            block[rows * c + r] = s[n * active[c] + active[r]];
     for (int64_t i = 0; i < count; i++) {
         int64_t column = active[mixed[i]], first = column - column % k;
         for (int64_t r = 0; r < q; r++) {
@@ -171,7 +171,7 @@ void petcontact_active_block(int64_t n, int64_t k, const double *s, const double
                 total += s[n * (first + b) + active[r]] * derivative[k * first + k * b + column - first];
             if (active[r] >= first && active[r] < first + k)
                 total += ((column == active[r]) - derivative[k * active[r] + column - first]) / rho[active[r]];
-            block[q * mixed[i] + r] = total;
+            block[rows * mixed[i] + r] = total;
         }
     }
 }

@@ -5,7 +5,7 @@
 /* A digest of all structs and functions of these files: tests/native/test_interface.py says what it is to be. */
 int64_t petcontact_interface(void)
 {
-    return 0xa6d0def8;
+    return 0x334212d;
 }
 
 /* Its name; empty where this processor lacks the one level that was compiled. */

@@ -23,7 +23,7 @@ from ..linearisation import Linearisation
 from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
 from .block_factors import BlockFactors
 
-_BLOCK = native.function("petcontact_active_block", "iiDDDNiND")
+_BLOCK = native.function("petcontact_active_block", "iiDDDNiNiD")
 DIRECT_SIZE = 512
 """Number of contact unknowns up to which LU of a block is faster than iterations with a fast T."""
 LARGEST = 12_000
@@ -74,15 +74,15 @@ class DenseActiveSetSolver(_Counted):
         """
         self.system.elastic_solves += 1
         active, result = np.flatnonzero(linearised.active), np.zeros(rhs.shape)
-        block = _block(self._dense, linearised, rho, active)
-        constraint = RigidModeConstraint(
-            modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0))
-        )
+        scale = float(np.abs(self._dense.diagonal()[active]).max(initial=0.0))
+        constraint = RigidModeConstraint(modes, linearised, sigma, scale)
+        block = _block(self._dense, linearised, rho, active, len(constraint.rhs))
+        constraint.border(block)
         answer = self._factors.solve(
             self._dense,
             active,
             _marks(linearised, rho, active),
-            constraint.around(block),
+            block,
             np.concatenate([rhs.ravel()[active], constraint.rhs]),
         )
         self.ksp_iterations = self._factors.iterations
@@ -100,7 +100,9 @@ class DenseActiveSetSolver(_Counted):
         if self._sum is None:
             assert self._surrogate is not None, "T + S needs T"
             self._sum = DenseSolver(petsc().COMM_SELF, "sum_")
-            self._sum.take(constraint.around(self._surrogate.matrix() + self._dense))
+            matrix = np.pad(self._surrogate.matrix() + self._dense, (0, len(constraint.rhs)))
+            constraint.border(matrix)
+            self._sum.take(matrix)
         self.system.elastic_solves += 1
         answer = self._sum.solve(np.concatenate([rhs.ravel(), constraint.rhs]))
         self.ksp_iterations = self._sum.iterations
@@ -122,14 +124,17 @@ def _marks(linearised: Linearisation, rho: Array, active: Index) -> Array:
     return np.hstack([column, np.where(slack, rho[node], 0.0)])
 
 
-def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -> Array:
-    """Return (I - Π')/ρ + SΠ' on the active components.
+def _block(
+    dense: Array, linearised: Linearisation, rho: Array, active: Index, border: int = 0
+) -> Array:
+    """Return (I - Π')/ρ + SΠ' on the active components, with room for rows and columns beyond.
 
     Only nodes whose Π' is not 0 or 1 change columns of S.
     """
-    columns, mixed = np.empty((len(active), len(active))), np.empty(len(active), dtype=np.int64)
+    size, mixed = len(active) + border, np.empty(len(active), dtype=np.int64)
+    columns = np.empty((size, size))
     given = [np.ascontiguousarray(a) for a in (dense.T, linearised.derivative, rho)]
-    _BLOCK(len(dense), rho.shape[1], *given, active, len(active), mixed, columns)
+    _BLOCK(len(dense), rho.shape[1], *given, active, len(active), mixed, size, columns)
     return columns.T
 
 
