@@ -8,6 +8,8 @@ slip_share:friction_bound:rule
 from __future__ import annotations
 
 import argparse
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..errors import InputError
@@ -69,9 +71,11 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for name in filter(None, (arguments.csv, arguments.html, arguments.parquet)):
         check_target(Path(name), replace=True)
     table = read_case_table(arguments.sweep)
-    plots = [parse_plot(word) for word in arguments.plot]
-    cells = asked_about(table, arguments.cells)
-    tables = make_tables(table, names_in(arguments.rows), names_in(arguments.columns), cells)
+    asked = [arguments.cells, arguments.rows, arguments.columns, *arguments.plot]
+    about, rows, columns, *drawn = _short(asked, table.keys)
+    plots = [parse_plot(word) for word in drawn]
+    cells = asked_about(table, about)
+    tables = make_tables(table, names_in(rows), names_in(columns), cells)
     print(markdown(table, tables, cells), end="")
     if arguments.csv:
         write_text(arguments.csv, csv_text(table))
@@ -83,3 +87,11 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         for path in write_plots(table, plots, arguments.figures or table.folder):
             print(f"figure: {path}")
     return 0
+
+
+def _short(asked: Sequence[str], keys: Mapping[str, str]) -> list[str]:
+    """Words of options with the names of coordinates in the place of the dotted keys they vary."""
+    return [
+        words and re.sub("[^:,]+", lambda word: keys.get(word[0].strip(), word[0]), words)
+        for words in asked
+    ]

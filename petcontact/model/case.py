@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -102,16 +103,32 @@ def parse_problem(
     """A problem from plain data, whose files are relative to `folder`, those of the overrides to
     where the program runs."""
     data = files_in(data, folder)
-    variables = data.get("variables", {})
+    given = data.get("variables", {})
+    variables = {} if not isinstance(given, dict) else given
+    unused = _unused(data, variables, source)
     for key, value in overrides.items():
         table, _, name = key.partition(".")
-        if table == "variables" and isinstance(variables, dict):
+        if table == "variables":
             demand_name("variables: no variable", name, variables)
-            if len(re.findall(rf"\b{re.escape(name)}\b", str(data))) < 2:
-                raise InputError(f"{source}: variables.{name}: nothing in the file depends on it")
+            unused = [name] if name in unused else unused
         set_key(data, whole_key(key), value, source)
-    problem: Problem = parse(Problem, with_values(data, (Problem, OneBody), source), source)
+    data = with_values(data, (Problem, OneBody), source)
+    # a file that petcontact wrote has values in place of all variables
+    if unused and (len(unused) < len(variables) or overrides.keys() & {f"variables.{unused[0]}"}):
+        raise InputError(f"{source}: variables.{unused[0]}: nothing in the file depends on it")
+    problem: Problem = parse(Problem, data, source)
     return problem
+
+
+def _unused(data: Keyed, variables: Keyed, source: str) -> list[str]:
+    """The variables that stand nowhere else in the file."""
+    for name, value in variables.items():
+        if name in KEYS and isinstance(value, str):
+            raise InputError(
+                f"{source}: variables.{name}: {name} belongs above the first [table] of the file"
+            )
+    words = Counter(re.findall(r"[^\W\d]\w*", str(data)))
+    return [name for name in variables if words[name] < 2]
 
 
 def names_file(key: str, value: Any) -> bool:

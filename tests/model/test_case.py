@@ -54,6 +54,10 @@ def test_a_case_is_read_changed_by_dotted_keys_and_survives_its_own_toml():
 
 
 FINITE = "must be a finite number"
+ARC_AND_CENTER = {
+    "shape": "outline",
+    "loops": [[{"part": "a", "to": [1, 0]}, {"part": "b", "to": [0, 0], "center": [0, 1]}]],
+}
 TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": ["a", "b"]}
 
 
@@ -65,6 +69,11 @@ TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": 
         ("boundary.0.part", ..., "boundary[0].part: this key is required"),
         ("boundary", ..., "boundary: this key is required"),
         ("boundary.0.friction_bund", 1, "unknown key, did you mean 'friction_bound'?"),
+        (
+            "geometry",
+            ARC_AND_CENTER,
+            "[0][1].center: unknown key; valid keys: columns, part, points",
+        ),
         ("boundary.0.condition", "contakt", "got 'contakt', did you mean 'contact'?"),
         ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
         ("boundary.1.value", 4.0, "[0.0, 4.0] along y"),

@@ -76,6 +76,8 @@ def test_nothing_is_varied_by_what_nothing_depends_on(tmp_path):
     [
         ("t = 2.0", "x = 2.0", "variables.x: must be a word .*; expressions know x already"),
         ("t = 2.0", 'thick = 2.0\nt = "thik"', "variables.t: unknown name 'thik' in .*'thick'"),
+        ("t = 2.0", "t = 2.0\nlenght = 3.0", "variables.lenght: nothing in the file depends on it"),
+        ("t = 2.0", 't = 2.0\ntitle = "A"', r"title belongs above the first \[table\]"),
         ("t = 2.0", 't = 2.0\nhole_d = 1.0\nwidth = "2*hole"', "variables.width: .*'hole_d'"),
         ('element_size = "h"', 'element_size = "h + ht"', r"mesh.element_size: .*mean '(h|t)'"),
         ("t = 2.0", "t = true", "variables.t: must be a number or an expression of those before"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import pydantic
@@ -26,7 +27,7 @@ def instead(cls: Class, loc: Place, data: object) -> str:
     there = f", did you mean {' or '.join(given[:3])}?" if given else ""
     near, few = nearest(key, keys), len(keys) <= FEW
     near, said = ("", near) if few and near.startswith(";") else (near, "")
-    where = of_another(cls, loc) or there or near or ("" if few else stands_in(cls, key))
+    where = of_another(cls, loc) or there or near or ("" if few else stands_in(cls, key, loc))
     return where or f"{valid}{said}"
 
 
@@ -51,14 +52,18 @@ def models_at(cls: Class, loc: Place) -> list[Class]:
     return models
 
 
-def stands_in(cls: Class, key: str) -> str:
-    """In which tables of an input a key stands; nothing where it stands in none, or in many."""
+def stands_in(cls: Class, key: str, loc: Place) -> str:
+    """In which other tables of an input a key stands; nothing where it stands in none, in many, or
+    in other entries of the array that leads to `loc`."""
     fields = (field for model in models_below(cls) for field in model.model_fields.items())
     tables = {
         f"[{name}]": None
         for name, field in fields
         if any(key in model.model_fields for model in models_in(field.annotation))
     }
+    here = {f"[{name}]" for name, k in itertools.pairwise(loc) if isinstance(k, int)}
+    if here & tables.keys():
+        return ""
     tables |= {"the top of the file": None} if key in cls.model_fields else {}
     return f"; it is a key of {', '.join(tables)}" if 0 < len(tables) <= FEW else ""
 

@@ -63,6 +63,8 @@ class Sweep:
         entries.
     content : tuple
         What `read_files` read.
+    names : dict of str to str
+        What the dotted keys of the axes are called.
     """
 
     def __init__(self, source: str, data: Keyed, problems: dict[str, Keyed]) -> None:
@@ -75,7 +77,7 @@ class Sweep:
         for key in keys:
             if keys.count(key) > 1 or any(key in base.fixed for base in self.bases):
                 raise InputError(f"{source}: {key}: the key is set elsewhere in this file too")
-        self._names = [names[key] for key in keys]
+        self.names = {key: names[key] for key in keys}
         self.shape = (len(self.bases), *(len(axis.values) for axis in self.axes))
         if len(self) > LARGEST_SWEEP:
             raise InputError(f"{source}: {len(self)} cases; the largest sweep has {LARGEST_SWEEP}")
@@ -112,13 +114,13 @@ class Sweep:
         return {
             "problem": base.problem,
             **names,
-            **dict(zip(self._names, varied.values(), strict=True)),
+            **dict(zip(self.names.values(), varied.values(), strict=True)),
         }
 
     @property
     def coordinate_names(self) -> list[str]:
         """Names of the coordinates, in the order of `coordinates`."""
-        return ["problem", *(["variant"] if self.file.variant else []), *self._names]
+        return ["problem", *(["variant"] if self.file.variant else []), *self.names.values()]
 
     @property
     def keep(self) -> str:

@@ -11,6 +11,7 @@ import functools
 import importlib
 import json
 from collections.abc import Iterable, Mapping
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from ...errors import InputError, OutputError, ResultError
 from ...record import record
 from ...results.format.container import write_atomically
 from ...results.solution import Solution, read_result
+from ...runtime.hints import among
 from ...untyped import DataFrame, Keyed
 from ..design.identity import Identity
 from ..design.sweep import Sweep
@@ -49,12 +51,15 @@ class CaseTable:
         and the quantities; texts as UTF-8 bytes, NaN where there is nothing.
     folder : Path
         Where the logs with kept fields are.
+    keys : mapping of str to str
+        Coordinates by the dotted keys that they vary.
     """
 
     title: str
     coordinates: list[str]
     columns: Columns
     folder: Path
+    keys: Mapping[str, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return size_of(self.columns)
@@ -79,8 +84,8 @@ class CaseTable:
         """
         if name not in self.names:
             raise InputError(
-                f"{name}: neither a coordinate nor a quantity of this sweep; there are "
-                f"{', '.join(self.names)}"
+                f"{name}: neither a coordinate nor a quantity of this sweep"
+                f"{among(name, self.names)}"
             )
         return plain(self.columns[name])
 
@@ -210,6 +215,7 @@ def read_case_table(path: str | Path) -> CaseTable:
         sweep.coordinate_names,
         derived(sweep, identity, folder.log_files()),
         folder.path,
+        sweep.names,
     )
 
 

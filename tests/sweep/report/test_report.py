@@ -285,7 +285,7 @@ def test_a_study_of_loads_and_materials_is_asked_about_its_contact():
 
 
 def test_the_command(swept, tmp_path, capsys):
-    layout = ["--rows", "rho", "--columns", "problem,rule", "--cells", "slip_share"]
+    layout = ["--rows", "method.rho", "--columns", "problem,rule", "--cells", "slip_share"]
     assert main(["report", str(swept), "--csv", str(tmp_path / "t.csv"), *layout]) == 0
     shown = capsys.readouterr().out
     assert "example1, self-adaptive" in shown and "Cells: slip_share" in shown
@@ -293,3 +293,5 @@ def test_the_command(swept, tmp_path, capsys):
     for words in (["--csv", str(tmp_path / "no" / "t.csv")], ["--cells", "colour"]):
         assert main(["report", str(swept), *words]) == 2
         assert capsys.readouterr().err.count("\n") == 1
+    assert main(["report", str(swept), "--plot", "slip_shar:method.rho"]) == 2
+    assert "did you mean 'slip_share'?" in capsys.readouterr().err
