@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..record import record
-from ..round_off import HALF, ROUNDED, SOLVED, SUMMED, of_vectors
+from ..round_off import CHAINED, HALF, ROUNDED, SOLVED, SUMMED, of_vectors
 from .friction_law import contact_norm, group_norms, ratio
 from .law_protocol import ContactLaw, law_residual
 from .system import ContactSystem
@@ -86,15 +86,18 @@ def smooth_balance(law: ContactLaw, system: ContactSystem) -> float | Array:
     """Return ‖σ‖/‖Sσ‖ of unit tractions, without rigid motions; (k,) if the law has several groups
     [stress/length].
 
-    It is the w of (4.1) for smooth tractions and does not depend on units.
+    It is the w of (4.1) for smooth tractions and does not depend on units. A group whose unit
+    tractions cause rigid motions only has the ratio of all.
     """
     unit = np.ones_like(system.u_0)
-    (_, *pushed), (_, *moved) = group_norms(
-        system.weight, law.groups, unit, without_motions(system, system.apply(unit))
+    whole = system.apply(unit)
+    (push, *pushed), (move, *moved), (most, *_) = group_norms(
+        system.weight, law.groups, unit, without_motions(system, whole), whole
     )
-    rho = np.empty(law.k)
+    # equal pressures move a preloaded pair as a whole, equal shear turns a disc: less is round-off
+    common, rho = ratio(max(move, CHAINED * most), push, 1.0), np.empty(law.k)
     for group, traction, way in zip(law.groups, pushed, moved, strict=True):
-        rho[group] = ratio(way, traction, 1.0)
+        rho[group] = ratio(way if way > CHAINED * most else 0.0, traction, common)
     return float(rho[0]) if len(law.groups) == 1 else rho
 
 

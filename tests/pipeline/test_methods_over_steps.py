@@ -191,6 +191,59 @@ def test_a_run_ends_where_the_law_holds_in_each_group():
     assert found.converged and found.last.residuals["tangential"] < 1e-3
 
 
+@pytest.mark.parametrize("rule", ["modified", "self-adaptive"])
+def test_a_body_that_rests_on_two_nodes(rule):
+    """ρ of smooth tractions is 500 times less than that of forces on two nodes. The rule went beyond it,
+    and spent its changes: no convergence in 1000 iterations at any load."""
+    beam = {
+        "material": MATERIAL,
+        "geometry": FLAT | {"upper_right": [6.0, 1.0]},
+        "mesh": {"element_size": 0.2, "order": 1},
+        "boundary": [
+            {"part": "top", "condition": "traction", "pressure": "where(abs(x - 3) < 0.5, 40, 0)"},
+            *(
+                {"part": part, "condition": "traction", "value": [0.0, 0.0]}
+                for part in ("left", "right")
+            ),
+        ],
+        "obstacle": [
+            {"name": name, "shape": "circle", "centre": [x, -0.5], "radius": 0.5}
+            for name, x in (("a", 1.0), ("b", 5.0))
+        ],
+        "contact": [{"name": "seat", "secondary": "bottom", "primary": ["a", "b"]}],
+    }
+    beam["contact"][0]["friction_coefficient"] = 0.2
+    expected = solve(parse(Problem, beam, "test"))
+    method = {"name": "projection", "rule": rule}
+    found = solve(parse(Problem, beam | {"method": method}, "test"))
+    assert found.converged and found.iterations < 250
+    for name, pair in expected.pairs.items():
+        assert np.allclose(found.pairs[name].force, pair.force, rtol=0, atol=1e-5)
+
+
+def test_a_uniform_preload():
+    """Equal pressures move the overlap only: ρ came from the round-off of what else they move, 1e18,
+    and round-off times that opened a node."""
+    blocks = [
+        {
+            "name": name,
+            "material": MATERIAL,
+            "geometry": FLAT | {"lower_left": [0.0, low], "upper_right": [2.0, low + 1.0]},
+            "mesh": {"element_size": 0.25, "order": 2},
+            "boundary": [
+                {"part": held, "condition": "displacement", "value": ["free", 0.0]},
+                {"part": "left", "condition": "symmetry"},
+            ],
+        }
+        for name, low, held in (("low", 0.0, "bottom"), ("up", 1.0, "top"))
+    ]
+    seat = {"name": "seat", "secondary": "up.bottom", "primary": "low.top", "preload": 4.0}
+    projection = {"name": "projection", "rule": "modified"}
+    posed = {"body": blocks, "contact": [seat | {"friction_coefficient": 0.3}]}
+    pair = solve(parse(Problem, posed | {"method": projection}, "test")).pairs["seat"]
+    assert np.allclose(pair.pressure, 2.0) and not pair.state.any()
+
+
 def test_operator_robin_lands_a_disc_whose_nodes_are_above_the_floor():
     """A small load closes the two nodes beside the lowest point. Each iteration lowered the disc as if all
     nodes stuck: by 1e-4 of the gap."""

@@ -22,7 +22,7 @@ from .newton import SemismoothNewton
 from .settling import settled
 
 STALLED = 60
-"""Iterations in which a run from a given ρ_0 must halve its least change [-]: three times the 20
+"""Iterations in which a run must halve its least change [-]: three times the 20
 that one of the 128 cases of Tables 1 and 2 needs."""
 
 
@@ -54,7 +54,9 @@ class Projection:
 
         A run from the given ρ_0 that stalls or overflows is begun anew with a balanced one: c_k is
         used up on the way to it, and a body that only contact holds has been moved by load/ρ_0.
-        Where a body lies free, nothing would take such a motion back: it stays at rest.
+        Later runs that stall go on from their iterate with its own balanced ρ: that of smooth
+        tractions is far off where few nodes touch. Where a body lies free, nothing would take such
+        a motion back: it stays at rest.
 
         Raises
         ------
@@ -67,20 +69,25 @@ class Projection:
         recorder = Recorder(law, system, iteration)
         if self.rho is not None and (iteration.rho is None or np.all(iteration.rho == self.rho)):
             with contextlib.suppress(SolverError):
-                end = self._run(recorder, self.rho, STALLED)
+                end = self._run(recorder, self.rho)
                 if end.converged or end.stopped or recorder.exhausted:
                     return end
             # the largest ‖σ‖ so far is that of one run
             recorder = Recorder(law, system, iteration, recorder.history)
-        return self._run(recorder, smooth_balance(law, system), iteration.max_iterations)
+        end = self._run(recorder, smooth_balance(law, system))
+        while not (end.converged or end.stopped or recorder.exhausted):
+            end = self._run(recorder, recorder.balanced(end.v, end.sigma), (end.v, end.sigma))
+        return end
 
-    def _run(self, recorder: Recorder, first: float | Array, patience: int) -> ContactState:
+    def _run(
+        self, recorder: Recorder, first: float | Array, start: Start | None = None
+    ) -> ContactState:
         """Return the end of Algorithm 1 from ρ_0.
 
         A run ends, too, if it stalls and ρ has moved, or nothing moves.
         """
         law, rho, begin = recorder.law, first, len(recorder.history)
-        start = recorder.iteration.start or (np.zeros_like(recorder.system.u_0),) * 2
+        start = start or recorder.iteration.start or (np.zeros_like(recorder.system.u_0),) * 2
         state = ContactState(*start, first, False, "", recorder.history, law=law)
         # c_k belongs to one run (Lemma 3.1) and to one group of components
         rules = [begun(self.rule) for _ in law.groups]
@@ -92,7 +99,7 @@ class Projection:
             if (end := _settled(recorder, state, change)) is not None:
                 return end
             rho = self._updated(rules, law, rho, balance, len(recorder.history))  # (4.2), (4.3)
-            if _stalled(recorder.history.change[begin:], patience) and (
+            if _stalled(recorder.history.change[begin:]) and (
                 change == 0.0 or np.any(rho != first)
             ):
                 return state
@@ -169,9 +176,9 @@ def _unfinished(recorder: Recorder, state: ContactState) -> ContactState:
     return state
 
 
-def _stalled(changes: list[float], patience: int) -> bool:
+def _stalled(changes: list[float]) -> bool:
     """Return whether the last changes are at least half of the least one before."""
-    before, last = changes[:-patience], changes[-patience:]
+    before, last = changes[:-STALLED], changes[-STALLED:]
     return bool(before) and min(last) >= min(before) / 2.0
 
 
