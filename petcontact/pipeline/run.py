@@ -13,6 +13,7 @@ import numpy as np
 from .. import __version__
 from ..contact.active_set.block_factors import BlockFactors
 from ..contact.law_protocol import GivenLaw
+from ..contact.methods.newton import SemismoothNewton
 from ..contact.methods.registry import GivenMethod, method_of
 from ..contact.rho_rules import Rule
 from ..errors import SolverError
@@ -169,32 +170,33 @@ def with_report(
     """A solution of a prepared problem with all that is to be said of it.
 
     The path is looked at on a coarser mesh, where that is given with its solution: a solve costs a
-    fraction there. The increments that are needed there are taken.
+    fraction there. The increments that are needed there are taken. Which these are does not depend
+    on the method: Newton's finds them.
     """
     solution = reported(problem, solution)
-    finer, there = _divided(*(coarse or (problem, solution)), wanted)
-    if coarse is None:
-        return there
-    # what is not known there, or too dear here, is asked of the mesh itself
-    taken, path = len(there.steps), there.accuracy.path
-    divided = taken > len(coarse[1].steps)
-    if np.isnan(path) or (divided and not is_affordable(problem, solution, taken)):
-        return _divided(problem, solution, wanted)[1]
-    if divided:
-        discrete = problem.discrete.with_steps_of(finer.discrete.problem)
-        problem = replace(
-            problem,
-            discrete=discrete,
-            starts=starts_from(problem, there.steps),
-            factors=finer.factors,
-            halvings=0,
-        )
-        again = unreported(problem, None)
-        if not again.converged:
-            return _divided(problem, solution, wanted)[1]
-        solution = reported(problem, again)
-    solution = replace(solution, accuracy=replace(solution.accuracy, path=path), tracked=there)
-    return solution.with_findings(each for each in there.findings if each.kind == "path")
+    here = replace(problem, method=SemismoothNewton()), solution
+    for first in (coarse, here) if coarse else (here,):
+        finer, there = _divided(*first, wanted)
+        taken, path = len(there.steps), there.accuracy.path
+        divided = taken > len(first[1].steps)
+        if first is here and (not divided or isinstance(problem.method, SemismoothNewton)):
+            return there
+        # what is not known there, or too dear here, is asked of the mesh itself
+        dear = divided and not is_affordable(problem, solution, taken)
+        if first is coarse and (np.isnan(path) or dear):
+            continue
+        again = solution
+        if divided:
+            discrete = problem.discrete.with_steps_of(finer.discrete.problem)
+            after = replace(problem, discrete=discrete, factors=finer.factors, halvings=0)
+            again = unreported(after, None)
+            if not again.converged:
+                continue
+            again = reported(after, again)
+        tracked = there if first is coarse else None
+        again = replace(again, accuracy=replace(again.accuracy, path=path), tracked=tracked)
+        return again.with_findings(each for each in there.findings if each.kind == "path")
+    return with_paths(problem, solution, wanted)
 
 
 def _divided(

@@ -41,7 +41,7 @@ from ..pose.body_parts import check_parts
 from ..run import described, prepare, reported, run, with_report
 from ..steps.increment import Monitor
 from ..steps.start import NAMES
-from ..steps.step_loop import ends_for_others
+from ..steps.step_loop import known_factors
 from .budget import Callbacks, Reached, says_something, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
@@ -333,7 +333,7 @@ def _adapted(
     estimate, broken_off = work.estimate, work.broken_off
     if own and not broken_off and solution.converged and estimate is not None:
         exact = solution
-        how = estimate.tried, ends_for_others(exact), comm, method, rule, callbacks[0]
+        how = estimate.tried, known_factors(exact), comm, method, rule, callbacks[0]
         changes: dict[str, Any] = {"method": problem.method, "step": problem.step}
         solution = _by_its_method(changes, *how)
         if solution.converged:

@@ -17,6 +17,7 @@ import numpy as np
 from ...arrays import Array
 from ...contact.friction_law import contact_norm
 from ...contact.law_protocol import friction_bound
+from ...contact.methods.newton import SemismoothNewton
 from ...errors import SolverError
 from ...results.evaluated import Evaluated
 from ...results.records import StepResult
@@ -214,13 +215,20 @@ def _along(
     problem: PreparedProblem, solution: Solution, number: int, factors: dict[int, list[float]]
 ) -> Solution | None:
     """Return the solution on another path, from a step on, or None where it costs too much or does
-    not converge. None of its increments may be halved."""
+    not converge. None of its increments may be halved. Paths do not depend on the method: Newton's
+    takes the fewest iterations."""
     if not is_affordable(problem, solution, sum(map(len, factors.values()))):
         return None
     single = dict.fromkeys(range(1, len(problem.discrete.posed.steps) + 1), 1)
     discrete = problem.discrete.with_increments(single, jump=1)
-    starts = starts_from(problem, solution.steps)
-    problem = replace(problem, discrete=discrete, starts=starts, factors=factors, halvings=0)
+    problem = replace(
+        problem,
+        discrete=discrete,
+        method=SemismoothNewton(),
+        starts=starts_from(problem, solution.steps),
+        factors=factors,
+        halvings=0,
+    )
     rows, done = list[Row](), [result for result in solution.steps if result.step < number]
     try:
         with answering(problem.comm):  # nothing of a path that a signal breaks off is kept

@@ -264,30 +264,6 @@ def known_factors(solution: Solution) -> dict[int, list[float]]:
     }
 
 
-def ends_for_others(solution: Solution) -> dict[int, list[float]]:
-    """Return `known_factors` for another method than Newton's.
-
-    Steps that were divided from where contact begins have no end before an equal share of the rest.
-    A contact is self-similar there and less than an element wide. In the first one of 66 increments
-    of a block on a parabola the projection takes 2015 iterations, in the joined one 160.
-    """
-    return {
-        number: ends if solution.posed.steps[number - 1].increments == "auto" else _joined(ends)
-        for number, ends in known_factors(solution).items()
-    }
-
-
-def _joined(ends: list[float]) -> list[float]:
-    """Return ends of increments without those before an equal share of what follows the beginning.
-
-    >>> _joined([0.25, 0.5, 0.75, 1.0]), _joined([0.0625, 0.25, 0.5625, 1.0])
-    ([0.25, 0.5, 0.75, 1.0], [0.25, 0.5625, 1.0])
-    """
-    begun = max(0.0, 2.0 * ends[0] - ends[1]) if len(ends) > 1 else 0.0
-    least = (1.0 - begun) / len(ends)
-    return [end for end in ends if end - begun > least - WRITTEN]
-
-
 def whole_step(problem: PreparedProblem, number: int) -> Increment:
     """Return step `number` (from 1) as one increment, from the loads of the step before to its
     own."""
