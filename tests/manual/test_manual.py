@@ -175,6 +175,17 @@ def test_the_site_names_its_cases_and_the_groups_of_its_api(tmp_path):
     assert all(title[0].isupper() for title in itertools.chain(*groups["Python API"]))
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_site_leaves_no_subscript_or_power_as_text(page):
+    drawn = DOCS["with_notation"](page.read_text())
+    code = r"^ *```.*?^ *```|^\$\$.*?\$\$|`[^`]*`|\]\([^)]*\)|^#.*?$|^    .*?$"
+    text = re.sub(code, "", drawn, flags=re.MULTILINE | re.DOTALL)
+    assert re.findall(r"[Α-Ωα-ωµ]_\w\S*|\b[a-zA-Z]_\w\b|\w\^\S+", text) == []
+    formula = "√(σ_a² + k²σ_n,max²) like K r^(λ-1), code_aster and `sigma_n`"
+    typeset = "√(<i>σ</i><sub>a</sub>² + k²<i>σ</i><sub>n,max</sub>²) like K r<sup>λ-1</sup>, "
+    assert DOCS["with_notation"](formula) == f"{typeset}code_aster and `sigma_n`"
+
+
 def test_every_chapter_stands_in_one_of_the_four_books():
     """Chapters are the files, in the same book in `petcontact help`, on the site and in the README's
     table."""
