@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from ..results.solution import Solution
 
 
-SUFFIXES = (".h5", ".hdf5")
-"""Suffixes of result files."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
 
@@ -165,13 +163,10 @@ def _targets(arguments: argparse.Namespace, case: Problem) -> tuple[Path, Path]:
     InputError
     """
     from ..runtime.atomic_write import check_target
+    from ..runtime.file_kinds import demand_result_name
 
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
-    if output.suffix.lower() not in SUFFIXES:
-        raise InputError(
-            f"-o {output}: a result is a file {' or '.join(SUFFIXES)}; petcontact field and export "
-            "write other formats from it"
-        )
+    demand_result_name(output, "-o ")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     inputs = read_files(arguments.config, case)
     check_target(output, replace=is_replaced(arguments, output), inputs=inputs, longest=longest)

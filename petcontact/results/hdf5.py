@@ -18,6 +18,7 @@ from ..given.tables.base import parse
 from ..given.tables.units import Units
 from ..mesh.storage import read_mesh, write_mesh
 from ..model.problem import Problem
+from ..runtime.file_kinds import demand_result_name
 from ..untyped import Group, Keyed
 from .data import SolutionData
 from .format.accuracy import read_report, write_findings
@@ -95,10 +96,13 @@ def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = 
 
     Raises
     ------
+    InputError
+        If the name ends as that of another kind of file.
     OutputError
         If the file cannot be written (folder missing or read-only, disk full), then nothing is left
         behind; or if it is kept under another name.
     """
+    demand_result_name(path)
     write_atomically(path, lambda file: write_group(file, solution), replace=replace)
 
 

@@ -7,6 +7,10 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from ..errors import InputError
+
+RESULTS = (".h5", ".hdf5")
+"""Suffixes of result files."""
 CONFIG = "a config; solve it first: petcontact solve {path}"
 PROBLEM = (
     "one problem, no sweep; `petcontact solve {path}` solves it, `petcontact init study --kind "
@@ -22,6 +26,15 @@ KINDS = {
     "problems": "a sweep; solve its cases: petcontact sweep {path}",
 }
 """What suffixes and keys of TOML files stand for, and the step that leads on."""
+
+
+def demand_result_name(path: str | Path, option: str = "") -> None:
+    """Refuse a name that no result file has: readers of other formats would fail on it."""
+    if Path(path).suffix.lower() not in RESULTS:
+        raise InputError(
+            f"{option}{path}: a result is a file {' or '.join(RESULTS)}; petcontact field and "
+            "export write other formats from it"
+        )
 
 
 def known_kind(path: str | Path, wanted: Iterable[str], keys: Iterable[str] = ()) -> str | None:

@@ -94,6 +94,10 @@ def test_mistakes_in_python_are_answered_with_what_is_meant(solution):
         plot_all(solution, "", names=["normel"])
     with pytest.raises(InputError, match=r"title: a Problem does not change; .model_copy\(update="):
         solution.problem.title = "another"
+    with pytest.raises(
+        InputError, match=r"x.vtu: a result is a file .h5 or .hdf5; petcontact field"
+    ):
+        solution.save("x.vtu")
 
 
 @pytest.mark.parametrize(
