@@ -74,12 +74,14 @@ class HalfSpace:
         """Return x (m, k) for which T x = rhs where `stick` (m, k) is true, and x = 0 elsewhere
         [stress]. Factors of the last masks are kept."""
         (held, factor), result = self._block(stick.tobytes()), np.zeros_like(rhs)
-        result.flat[held] = scipy.linalg.lu_solve(factor, rhs.ravel()[held] / self.scale)
+        if len(held):  # LAPACK factors no empty matrix
+            result.flat[held] = scipy.linalg.lu_solve(factor, rhs.ravel()[held] / self.scale)
         return result
 
     def _factored(self, stick: bytes) -> tuple[Index, object]:
         held = np.flatnonzero(np.frombuffer(stick, dtype=bool))
-        return held, scipy.linalg.lu_factor(self._matrix[held[:, None], held], check_finite=False)
+        block = self._matrix[held[:, None], held]
+        return held, scipy.linalg.lu_factor(block, check_finite=False) if len(held) else None
 
     def matrix(self) -> Array:
         """Return T, (m k, m k) [length/stress]."""

@@ -63,6 +63,7 @@ def test_operations_agree_with_the_matrix(prepared) -> None:
     found = layer.stick_solve(held, x)
     np.testing.assert_allclose(layer.apply(found)[held], x[held])
     assert not found[~held].any()
+    assert not layer.stick_solve(held & False, x).any()  # all nodes slip beyond a limit load
 
 
 def test_methods_on_disks(prepared) -> None:
