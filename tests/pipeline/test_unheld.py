@@ -45,6 +45,16 @@ def test_bodies_of_which_none_is_held_are_not_the_fault_of_the_first():
     )
 
 
+def test_a_preload_that_the_load_exceeds_is_named():
+    """The pair carries its preload, however it is pulled."""
+    small = {"material": elastic(1.0, 0.3), "mesh": {"element_size": 0.5}}
+    upper = solid("upper", rectangle([0, 1], [1, 2]), drawn("top", [0.0, 6e-3]), **small)
+    lower = solid("lower", rectangle([0, 0], [1, 1]), moved("bottom", [0.0, 0.0]), **small)
+    joined = touching("bolt", "upper.bottom", "lower.top", normal="bonded", preload=4e-3)
+    reason = solved({"body": [upper, lower], "contact": [joined]}).reason
+    assert "upper' cannot be held" in reason and "'bolt' carries its preload of 0.004," in reason
+
+
 @pytest.mark.parametrize(
     ("load", "way", "increments"),
     [

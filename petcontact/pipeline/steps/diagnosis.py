@@ -197,9 +197,17 @@ def unheld(increment: Increment, where: str = "") -> str:
         if held or grounded
         else "nothing has a displacement: give one to the body that carries the others"
     )
+    problem = increment.problem
+    preloads = zip(problem.preloaded, increment.obstacles[-len(problem.preloaded) :], strict=False)
+    given = [
+        f"; {side.name!r} carries its preload of {abs(motion.load[1, 0]):.4g}, no more and no less, "
+        "until a later step locks it"
+        for side, motion in preloads
+        if motion.free[0]
+    ]
     return (
         f"no equilibrium{where}: {name} cannot be held: the load {way} beyond what contact and "
-        f"friction allow; {advice}"
+        f"friction allow{''.join(given)}; {advice}"
     )
 
 
