@@ -18,7 +18,7 @@ import numpy as np
 from .. import native
 from ..arrays import Array, Index
 from ..errors import SingularMatrixError
-from ..runtime.petsc import petsc
+from ..runtime.petsc import petsc, petsc_library
 from ..runtime.ranks import mpi
 from ..untyped import PC, Comm, Vec, Viewer
 from .row_layout import even_ranges, exchanged, gathered, summed_at, total
@@ -257,7 +257,7 @@ def register() -> object:
 
     petsc4py has no call for PCRegister; what is returned has to live as long as PETSc does.
     """
-    library = ctypes.CDLL(petsc().__file__)
+    library = petsc_library()
 
     def create(pc: int) -> int:
         handle = ctypes.c_void_p(pc)

@@ -13,7 +13,14 @@ import numpy as np
 from ..arrays import Array, Index
 from ..errors import InputError, SolverError
 from ..runtime.memory import give_back
-from ..runtime.petsc import given_options, options_error, petsc, reason_name, solver_error
+from ..runtime.petsc import (
+    given_options,
+    options_error,
+    petsc,
+    petsc_library,
+    reason_name,
+    solver_error,
+)
 from ..runtime.ranks import meet
 from ..untyped import KSP, PC, Comm, Mat, Vec
 from . import blocked_lu
@@ -151,8 +158,7 @@ class LinearSolver:
         if not database.hasName("ksp_gmres_cgs_refinement_type"):
             # GMRES orthogonalises again what cancels: else next to motions that contact hardly
             # resists its residual stays; petsc4py has no call for it, and other methods ignore it
-            refined = ctypes.CDLL(petsc().__file__).KSPGMRESSetCGSRefinementType
-            refined(ctypes.c_void_p(ksp.handle), 1)
+            petsc_library().KSPGMRESSetCGSRefinementType(ctypes.c_void_p(ksp.handle), 1)
         self._prepare(pc, ksp.getType() == "preonly")
 
     def _prepare(self, pc: PC, alone: bool) -> None:
@@ -173,7 +179,7 @@ class LinearSolver:
                 pc.setFactorSolverType("petsc")
             if not database.hasName("pc_factor_in_place"):
                 # petsc4py has no call for it
-                ctypes.CDLL(petsc().__file__).PCFactorSetUseInPlace(ctypes.c_void_p(pc.handle), 1)
+                petsc_library().PCFactorSetUseInPlace(ctypes.c_void_p(pc.handle), 1)
 
     def set_operator(self, matrix: Mat) -> None:
         """Solve with this matrix from now on; LU is computed at the next solve."""

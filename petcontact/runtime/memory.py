@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import functools
 import gc
 import math
 import mmap
@@ -63,10 +64,16 @@ def check_address_space() -> None:
         raise SolverError("start", "out of memory", needed) from None
 
 
+@functools.cache
+def _of_c() -> ctypes.CDLL:
+    """Return the C library."""
+    return ctypes.CDLL(None)
+
+
 def trim_heap() -> None:
     """Return to the system what is free inside of glibc's heaps: a quarter of all, after many
     blocks came and went."""
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    trim = getattr(_of_c(), "malloc_trim", None) if sys.platform == "linux" else None
     if trim is not None:
         trim(0)
 
@@ -88,7 +95,7 @@ def give_back(array: Array) -> None:
     first, last = -(-first // size) * size, last // size * size
     if sys.platform == "linux" and array.flags.c_contiguous and first < last:
         pages = ctypes.c_void_p(first), ctypes.c_size_t(last - first)
-        ctypes.CDLL(None).madvise(*pages, mmap.MADV_DONTNEED)
+        _of_c().madvise(*pages, mmap.MADV_DONTNEED)
 
 
 def _peak() -> int:

@@ -6,6 +6,7 @@ PETSc and MPI start with the first solve, or operators: to read or draw results 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import functools
 import itertools
 import os
@@ -173,8 +174,6 @@ def _local() -> Iterator[None]:
 def _unset_what_mpi_set() -> None:
     """Take back the variables that Open MPI sets behind Python's back: programs that we start would
     take them for a launcher's, and start a daemon."""
-    import ctypes
-
     with contextlib.suppress(ValueError):  # no table of that name in the C library
         table = ctypes.POINTER(ctypes.c_char_p).in_dll(ctypes.CDLL(None), "environ")
         names = {
@@ -269,13 +268,16 @@ def _used(name: str) -> bool:
     database = petsc().Options()
     if hasattr(database, "used"):
         return bool(database.used(name))
-    import ctypes
-
-    # petsc4py before 3.20 has no such call; the symbol is in the PETSc library that its module is
-    # linked to
+    # petsc4py before 3.20 has no such call
     answer = ctypes.c_int(0)
-    ctypes.CDLL(petsc().__file__).PetscOptionsUsed(None, name.encode(), ctypes.byref(answer))
+    petsc_library().PetscOptionsUsed(None, name.encode(), ctypes.byref(answer))
     return answer.value != 0
+
+
+@functools.cache
+def petsc_library() -> ctypes.CDLL:
+    """Return the C library that petsc4py's module is linked to, for calls that petsc4py lacks."""
+    return ctypes.CDLL(petsc().__file__)
 
 
 def petsc_version() -> str:
