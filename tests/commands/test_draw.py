@@ -76,6 +76,11 @@ def test_arrows_are_even_and_names_apart_in_a_narrow_picture():
     boxes = [text.get_window_extent() for text in axes.texts if text.get_rotation() == 0.0]
     assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
     assert sum("frictionless" in text.get_text() for text in axes.texts) == 1
+    support = min(text.get_position()[1] for text in axes.texts if "bearing" in text.get_text())
+    assert support < -0.03 * 27.0  # below the rollers and the line that carries them
+    draw_model(figure := Figure(layout="constrained"), as_posed(load(CONFIGS / "pin.toml")))
+    frame = figure.axes[0].get_window_extent()
+    assert all(frame.x0 < text.get_window_extent().x0 for text in figure.axes[0].texts)
 
 
 def test_draw_refuses_what_solve_refuses(tmp_path, capsys):

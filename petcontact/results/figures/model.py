@@ -61,10 +61,18 @@ def _draw_plane(figure: Figure, solution: SolutionData) -> None:
     legend_below(axes, 5)
     fit_height(figure, axes, beside=BESIDE, above=1.6)
     figure.draw_without_rendering()  # sizes are known only then
+    _names(axes, parts, 0.5 * THICK * size)
+
+
+def _names(axes: Axes, parts: list[tuple[LabelledPart, CurveMesh]], away: float) -> None:
+    """The names of parts, within the axes and where no other name stands."""
+    import shapely
+
     pixels = np.ptp(axes.transData.transform(np.eye(2))[:, 0])
-    letter, taken = SMALL / 72.0 * figure.dpi / pixels, list[object]()
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    taken: list[object] = [shapely.box(left, low, right, high).exterior]
     for part, mesh in sorted(parts, key=lambda each: each[0].kind == "free"):
-        _named(axes, mesh, part, taken, letter, 0.5 * THICK * size)
+        _named(axes, mesh, part, taken, SMALL / 72.0 * axes.figure.dpi / pixels, away)
 
 
 def _bodies(axes: Axes, solution: SolutionData) -> None:
@@ -107,8 +115,8 @@ def _named(
     angle = float(np.degrees(np.arctan2(normal[0], -normal[1])))
     angle = angle - 180.0 * np.floor((angle + 89.0) / 180.0)  # no text stands on its head
     upwards = normal @ [-np.sin(np.radians(angle)), np.cos(np.radians(angle))]
-    # outside beyond the symbol of a support, which is 2 * away thick
-    for text, side in itertools.product((part.words, part.name), (-1.0, 3.0)):
+    outside = 3.0 if part.kind == "held" else 1.0  # symbols of supports are 2 * away thick
+    for text, side in itertools.product((part.words, part.name), (-1.0, outside)):
         start = x + side * away * normal
         if has_room(taken, start, text, letter, angle, 0.0 if side * upwards > 0.0 else -1.0):
             axes.text(
