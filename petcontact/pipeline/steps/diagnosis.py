@@ -200,8 +200,8 @@ def unheld(increment: Increment, where: str = "") -> str:
     problem = increment.problem
     preloads = zip(problem.preloaded, increment.obstacles[-len(problem.preloaded) :], strict=False)
     given = [
-        f"; {side.name!r} carries its preload of {abs(motion.load[1, 0]):.4g}, no more and no less, "
-        "until a later step locks it"
+        f"; {side.name!r} carries its preload of {abs(motion.load[1, 0]):.4g}, no more and no "
+        "less, until a later step locks it"
         for side, motion in preloads
         if motion.free[0]
     ]
