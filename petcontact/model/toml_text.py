@@ -20,6 +20,7 @@ MEANT = (
     (r"\): [{\[]\s*(?:\"\"\s*:|$)", "this is JSON; TOML has key = value, and [tables]"),
     (r"\): (?:-\s)?[\w-]+:(?:\s|$)", "this is YAML; TOML has key = value, and [tables]"),
     (r"[“”„’‘]", 'a text stands in straight quotes, "..."'),
+    (r"\): (\w*[^\W\x00-\x7f]\w*)\s*=", 'letters beyond a to z stand in quotes: "{}" = ...'),
     (r"=\s*([-+]?\d+),(\d+)", "a decimal point, not a comma: {}.{}"),
     (r"=\s*([-+]?)\.(\d+)", "a digit stands before a decimal point: {}0.{}"),
     (r"=\s*([-+]?\d+)\.(?!\d)(\w*)", "a digit stands after a decimal point: {}.0{}"),

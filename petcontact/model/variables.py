@@ -8,8 +8,6 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-import numpy as np
-
 from ..errors import InputError
 from ..given.expressions import FUNCTIONS, parse_expression, plain_value
 from ..given.tables.mistakes import WORD, shown
@@ -126,8 +124,9 @@ def _replaced(text: str, values: Mapping[str, float]) -> Any:
     used = {*WORDS.findall(text)}
     if not used & values.keys():
         return text
+    # Python reads other letters for some names, such as Greek mu for the sign of micro
+    text = WORDS.sub(lambda word: f"({values[word[0]]!r})" if word[0] in values else word[0], text)
     if used <= {*values, "pi", "e", *FUNCTIONS}:
-        variables = {name: np.array([float(values[name])]) for name in used & values.keys()}
-        number = float(plain_value(parse_expression(text), variables, 1)[0])
+        number = float(plain_value(parse_expression(text), {}, 1)[0])
         return int(number) if number == round(number) and abs(number) < 1e15 else number
-    return WORDS.sub(lambda word: f"({values[word[0]]!r})" if word[0] in values else word[0], text)
+    return text

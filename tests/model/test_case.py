@@ -144,6 +144,7 @@ def test_the_same_lines_from_python(build, wanted):
         (b"\x00\x01\x89HDF\xff", "not a text file"),
         (b"title = ", "not valid TOML"),
         (b"a = 1\na = 2", "not valid TOML"),
+        ("µ = 0.3".encode(), 'letters beyond a to z stand in quotes: "µ" ='),
         (b"a = [1, box]", 'a text needs quotes: "box"'),
         (b"[a]\nb = 1\n[a]\nb = 2", r"is \[\[a\]\] each time"),
         (b"a = 210 GPa", "with mm, N and MPa 210 GPa are 210000"),
@@ -171,7 +172,7 @@ def test_the_same_lines_from_python(build, wanted):
         (b"x = " + b"[" * 5000, "nested deeper than 16 levels"),
         (b"#" * 4_000_001, "larger than"),
     ],
-    ids=range(27),
+    ids=range(28),
 )
 def test_files_that_are_no_config(content, wanted, tmp_path):
     path = tmp_path / "c.toml"

@@ -65,6 +65,13 @@ def test_a_variable_is_overridden_with_all_that_follows(tmp_path):
     assert problem.mesh.element_size == 1.0 and problem.geometry.upper_right == (9.0, 0.0)
 
 
+def test_a_variable_may_be_the_sign_of_micro(tmp_path):
+    """Python reads it as Greek mu in expressions."""
+    own = TEXT.replace("t = 2.0", 't = "10*µ"').replace("[variables]", '[variables]\n"µ" = 0.2')
+    (tmp_path / "own.toml").write_text(own, encoding="utf-8")
+    assert load(tmp_path / "own.toml").variables["t"] == 2.0
+
+
 def test_nothing_is_varied_by_what_nothing_depends_on(tmp_path):
     (tmp_path / "own.toml").write_text(loaded(tmp_path).toml())
     with pytest.raises(InputError, match=r"variables\.t: nothing in the file depends on it"):
