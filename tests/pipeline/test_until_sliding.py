@@ -65,6 +65,9 @@ def test_a_block_that_is_pushed_slides_at_mu_times_its_weight(method: str, tmp_p
     assert solution.last.pairs["bottom"].force == pytest.approx((0.0, WEIGHT), abs=1e-6)
     said = solution.verdict()
     assert "slips as a whole" in said and re.search(r"2 push .*\b100 % +100 %", said)
+    two = {each.name: each for each in solution.numbers if each.step == 2 and each.unit == "area"}
+    slips, area = two["slipping"], two["contact area"]
+    assert (slips.value, slips.error) == (area.value, area.error)
     solution.save(tmp_path / "block.h5")
     with h5py.File(tmp_path / "block.h5") as file:
         ends = [step.attrs for step in file["steps"].values() if "sliding" in step.attrs]

@@ -39,7 +39,19 @@ def with_errors(solution: Evaluated) -> list[Number]:
     elif not np.isnan(solution.accuracy.resultants):
         numbers = [_by_tails(solution, number) for number in numbers]
     by_path = path_errors(solution, numbers)
-    return [number.known_to(number.error + by_path[number.key]) for number in numbers]
+    known = [number.known_to(number.error + by_path[number.key]) for number in numbers]
+    return [*_all_of_what_slides(solution, known)]
+
+
+def _all_of_what_slides(solution: Evaluated, numbers: Sequence[Number]) -> Iterator[Number]:
+    """Yield numbers of which what slips at the end of a step that sliding ends is what touches:
+    each mesh and each path has all of it in slip there, but for what the search leaves."""
+    groups = {side.name: side.group for side in solution.posed.interfaces}
+    touching = {number.key[1:]: number for number in numbers if number.name == "contact area"}
+    for number in numbers:
+        slides = number.name == "slipping" and end_of(solution, number).sliding
+        same = slides and slides == groups[number.of]
+        yield replace(touching[number.key[1:]], name=number.name) if same else number
 
 
 def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:

@@ -183,8 +183,9 @@ def _shares(tell: Teller, step: StepResult, side: PosedInterface) -> tuple[str, 
     # of less friction three digits would show noise
     friction = f"{used:.3g}" if used > 0.005 else ""
     whole = float(step.pairs[side.name].weight.sum())
-    # a step that the sliding of a contact ends has all of it in slip, on each mesh
-    slipping = "100 %" if step.sliding == side.name else tell.share(slips, area.size)
+    # all that touches is 100 % of it, however well that is known
+    whole_slips = (slips.size, slips.error) == (area.size, area.error)
+    slipping = "100 %" if whole_slips else tell.share(slips, area.size)
     return tell.share(area, whole), slipping, friction
 
 
