@@ -8,7 +8,7 @@ import functools
 import numpy as np
 
 from .. import native
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..record import record
 from ..round_off import SOLVED
 
@@ -70,33 +70,27 @@ def samples(corners: int) -> Array:
     return np.asarray(2.0 * grid - 1.0 if corners == 4 else grid[grid.sum(axis=1) <= 1.0 + SOLVED])
 
 
-def position(shape: Array, local: Array) -> tuple[Array, Array]:
+def position(shape: Array, local: Array, cell: Index) -> tuple[Array, Array]:
     """Points and derivatives along both local coordinates of cells of given coefficients.
 
     Parameters
     ----------
     shape : (n, 9, 3) array
         Of ξ^i η^j, number 3i + j [length].
-    local : (n, 2) or (n, q, 2) array
-        One point a cell, or q.
+    local : (k, 2) array
+    cell : (k,) array
+        Numbers of the cells.
 
     Returns
     -------
-    y : (n, 3) or (n, q, 3) array
-    along : (n, 2, 3) or (n, q, 2, 3) array
+    y : (k, 3) array
+    along : (k, 2, 3) array
         [length]
     """
-    if local.ndim == 2:
-        y, along = position(shape, local[:, None])
-        return y[:, 0], along[:, 0]
-    power = np.stack([np.ones_like(local), local, local**2], axis=-1)
-    slope = np.stack([np.zeros_like(local), np.ones_like(local), 2.0 * local], axis=-1)
-    xi, eta, along, up = power[..., 0, :], power[..., 1, :], slope[..., 0, :], slope[..., 1, :]
-    parts = [
-        (a[..., :, None] * b[..., None, :]).reshape(*local.shape[:-1], 9) @ shape
-        for a, b in ((xi, eta), (along, eta), (xi, up))
-    ]
-    return parts[0], np.stack(parts[1:], axis=-2)
+    y, along = np.empty((len(cell), 3)), np.empty((len(cell), 2, 3))
+    places = native.function("petcontact_space_places", "iNDDDD")
+    places(len(cell), cell, native.contiguous(shape), native.contiguous(local), y, along)
+    return y, along
 
 
 @record
@@ -173,7 +167,9 @@ class QuadraticCells:
     def at(self, local: Array) -> tuple[Array, Array]:
         """Points (n, q, 3) at local coordinates (n, q, 2), and the derivatives along both, (n, q,
         2, 3) [length]."""
-        return position(self.shape, local)
+        cell = np.repeat(np.arange(len(local)), local.shape[1])
+        y, along = position(self.shape, local.reshape(-1, 2), cell)
+        return y.reshape(*local.shape[:2], 3), along.reshape(*local.shape[:2], 2, 3)
 
     def nearest(self, x: Array) -> tuple[Array, Array]:
         """The nearest point of each panel to a point (n, 3): local coordinates (n, 2), and the

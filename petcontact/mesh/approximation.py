@@ -38,8 +38,6 @@ ENOUGH = 4e-3
 has opposite signs: integrals of 8 discs are off by at most 2e-4."""
 MOST_CELLS = 8000
 """Largest number of cells that are cut at once; a function with more is rough everywhere."""
-NUDGE = 1e-5
-"""Step of the differences that give a face's tangents, over the face; their errors are 1e-10."""
 TOTAL, MEAN, EACH = 1e-6, 1e-3, 5e-2
 """Accepted error of a function's integral by its nodal values, over the integral of its size [-].
 `TOTAL` bounds that of a load on a part, to the digits that are printed; `MEAN` that of a
@@ -305,16 +303,7 @@ def _rule(
     weights = np.array([np.prod(each) for each in itertools.product(WEIGHTS, repeat=d)])
     share = (low[:, None] + size[:, None] * points).reshape(-1, d)
     face = np.repeat(number, len(points))
-
-    def position(share: Array) -> Array:
-        return faces.at(face, faces.spread(face, share))[0]
-
-    nudges = NUDGE * np.eye(d)
-    along = np.stack(
-        [position(share + nudge) - position(share - nudge) for nudge in nudges], axis=1
-    )
-    area = np.prod(np.linalg.svd(along, compute_uv=False), axis=1) / (2.0 * NUDGE) ** d
-    place = faces.spread(face, share)
+    place, area = faces.spread(face, share), faces.area(face, share)
     x, normal = faces.at(face, place)
     values, area = function(elements[face], place, x, normal), area * mesh.around(x)
     shape = len(number), len(points)

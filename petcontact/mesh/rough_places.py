@@ -33,8 +33,14 @@ def rough_places(mesh: BoundaryMesh, part: str, data: Sequence[Given]) -> list[t
     list of (k,) and (k,) arrays
         Numbers of the elements among those of the part, and shares from 0 to 1 of their extent.
     """
+    rough = tuple(each for each in data if each.everywhere and not math.isfinite(each.degree))
+    return mesh.once(("rough places", part, rough), lambda: _rough_places(mesh, part, rough))
+
+
+def _rough_places(
+    mesh: BoundaryMesh, part: str, rough: Sequence[Given]
+) -> list[tuple[Index, Array]]:
     elements, faces = mesh.faces(part)
-    rough = [each for each in data if each.everywhere and not math.isfinite(each.degree)]
     return [
         _along(functools.partial(_sites, mesh, elements, faces, axis), rough, len(elements))
         for axis in range(mesh.dim - 1)

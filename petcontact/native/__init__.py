@@ -28,7 +28,7 @@ from ..errors import MissingKernelsError
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
-INTERFACE = 0x334212D
+INTERFACE = 0x1BA2A7EE
 """`petcontact_interface` of the C files beside this one; a library of others expects other
 arguments."""
 FILLER = "piNiNDD"

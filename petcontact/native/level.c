@@ -5,7 +5,7 @@
 /* A digest of all structs and functions of these files: tests/native/test_interface.py says what it is to be. */
 int64_t petcontact_interface(void)
 {
-    return 0x334212d;
+    return 0x1ba2a7ee;
 }
 
 /* Its name; empty where this processor lacks the one level that was compiled. */

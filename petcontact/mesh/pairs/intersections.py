@@ -49,6 +49,10 @@ class Curves(Faces):
         """See `Faces.spread`."""
         return share[:, 0]
 
+    def area(self, number: Index, share: Array) -> Array:
+        """See `Faces.area`."""
+        return np.asarray(self.length[number])
+
     @functools.cached_property
     def chord(self) -> Array:
         """Distance of the ends of each curve, (n,) [length]."""

@@ -79,7 +79,7 @@ class PanelShapes(Rows, Faces):
         )
         normal, bent = np.array(self.frame[number, 2]), np.flatnonzero(self.bent[number])
         if len(bent):
-            x[bent], along = position(self.shape[number[bent]], place[bent])
+            x[bent], along = position(self.shape, place[bent], number[bent])
             area = np.cross(along[:, 0], along[:, 1])
             normal[bent] = area / np.linalg.norm(area, axis=1, keepdims=True)
         return x, normal
@@ -89,6 +89,19 @@ class PanelShapes(Rows, Faces):
         a, b = share.T
         corners = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
         return np.asarray(np.einsum("kc,kcd->kd", corners, self.polygon[number]))
+
+    def area(self, number: Index, share: Array) -> Array:
+        """See `Faces.area`."""
+        (a, b), polygon = share.T, self.polygon[number]
+        slopes = np.stack([[b - 1.0, 1.0 - b, b, -b], [a - 1.0, -a, a, 1.0 - a]])
+        along = np.einsum("sck,kcd->skd", slopes, polygon)
+        area = np.cross(along[0], along[1]) * self.size[number] ** 2
+        if len(bent := np.flatnonzero(self.bent[number])):
+            panel = number[bent]
+            _, tangents = position(self.shape, self.spread(number, share)[bent], panel)
+            local = np.linalg.norm(np.cross(tangents[:, 0], tangents[:, 1]), axis=1)
+            area[bent] *= local / self.size[panel] ** 2
+        return np.asarray(np.abs(area))
 
     def __len__(self) -> int:
         return len(self.size)

@@ -88,6 +88,10 @@ class Faces(ABC):
         directions."""
 
     @abstractmethod
+    def area(self, number: Index, share: Array) -> Array:
+        """Return the area, on curves the length, of a unit of shares, (k,)."""
+
+    @abstractmethod
     def rims(self) -> tuple[Index, Array, Array]:
         """Return the numbers of faces, and the positions at which their sides begin and end.
 

@@ -65,6 +65,14 @@ void petcontact_space_meet(int64_t n, const int64_t *number, const double *shape
     }
 }
 
+/* Points y (n, 3) at local coordinates (n, 2) of the panels `number` (n,) with coefficients `shape` (., 9, 3), and the derivatives
+   (n, 2, 3) along both. */
+void petcontact_space_places(int64_t n, const int64_t *number, const double *shape, const double *local, double *y, double *along)
+{
+    for (int64_t i = 0; i < n; i++)
+        place_of(shape + 27 * number[i], local[2 * i], local[2 * i + 1], y + 3 * i, along + 6 * i, along + 6 * i + 3);
+}
+
 /* Local coordinates (n, 2) of the nearest points of panels of so many corners with coefficients `shape` (n, 9, 3) to points x
    (n, 3), and the distances (n,). */
 void petcontact_space_feet(int64_t n, int64_t corners, const double *shape, const double *x, double *place, double *distance)
