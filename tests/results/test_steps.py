@@ -83,6 +83,7 @@ def test_what_failed_is_kept_apart(tmp_path):
     units = {"length": "mm", "stress": "MPa"}
     solution = solve(pressed(units=units, step=[{"name": "press"}, lift]))
     assert solution.status == "not converged"
+    assert "error of p and q not known: a solve that fails" in solution.verdict()
     assert all(step.status == "converged" for step in solution.steps)
     assert solution.failed is not None and solution.failed.step == 2
     assert solution.last is solution.steps[-1]

@@ -145,6 +145,8 @@ def _accuracy(tell: Teller) -> list[str]:
     if accuracy.unknown:
         return wrapped(unknown, [accuracy.unknown], separator=" ") + _path(accuracy.path)
     if not accuracy.is_known:
+        if not solution.converged and tell.numbers:
+            return [f"{unknown}a solve that fails is not repeated on another mesh"]
         return [f"{unknown}contact carries nothing"] * (accuracy.wanted is not None)
     wanted = [] if accuracy.wanted is None else [f"{accuracy.wanted:.1e} wanted"]
     if not np.isfinite(accuracy.error):
