@@ -179,6 +179,20 @@ def test_files_and_restart(tmp_path):
     assert once_more.wear.cycle.tolist() == on.wear.cycle.tolist()
 
 
+@pytest.mark.parametrize("done", [1, 2, 3])
+def test_cycles_go_on_from_steps_that_a_file_has_once(done, tmp_path):
+    """They are those of the first cycle: later cycles left out the steps that the file had, and pull
+    alone was done again and again."""
+    forth, back = ({"displacement": [along, "free"]} for along in (100.0, 0.0))
+    whole = parabola(0.3, 0, 1e-4, forth, back, {"count": 3, "jump": 1})
+    before = whole.model_copy(update={"step": whole.step[:done], "cycle": None})
+    solve(before).save(tmp_path / "before.h5")
+    method = whole.method.model_copy(update={"start": str(tmp_path / "before.h5")})
+    on, once = solve(whole.model_copy(update={"method": method})), solve(whole)
+    assert on.wear.cycle.tolist() == [1, 2, 3] and len(on.steps) == len(once.steps)
+    assert volume(on) == pytest.approx(volume(once), rel=1e-9)
+
+
 def test_a_jump_that_fails_keeps_what_was_before():
     calls = []
 

@@ -146,7 +146,8 @@ def _check_wear(
 
 
 def _whole_cycles(problem: PreparedProblem, file: str, steps: list[StepResult]) -> list[StepResult]:
-    """The increments up to the end of the last cycle that is whole, where more are to follow.
+    """The increments up to the end of the last cycle that is whole, where more are to follow. Steps
+    that a file has once, without cycles, are those of the first cycle.
 
     Raises
     ------
@@ -155,6 +156,10 @@ def _whole_cycles(problem: PreparedProblem, file: str, steps: list[StepResult]) 
     """
     posed = problem.discrete.posed
     numbers, most = posed.cycle_steps, max((step.cycle for step in steps), default=0)
+    steps = [
+        replace(step, cycle=1) if step.step in numbers and step.cycle == 0 else step
+        for step in steps
+    ]
     if posed.cycle is None or most <= 1:
         return steps
     if most > posed.cycle.count:
