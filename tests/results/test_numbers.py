@@ -183,30 +183,45 @@ def test_a_largest_stress_is_off_by_changes_beside_its_place_and_by_rivals(
 ):
     """Of a largest stress of 10: stresses at its place, beside it and elsewhere, on two meshes, and
     how much it varies in panels that gain nothing on the second one."""
-    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: (np.array(before), None))
+    own = np.zeros(len(now), dtype=np.int64)
+    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: (np.array(before), own))
     monkeypatch.setattr(stress_errors, "_gains_nothing", lambda *_: np.full(len(now), spread > 0.0))
     found = _change(now, spread, at_corner, 0.0)
     assert found == pytest.approx(max(error, spread), nan_ok=True)
 
 
-def _change(now, spread, at_corner, halvings, left=1.0):
+@pytest.mark.parametrize(("at_edge", "error"), [(True, 1.0), (False, 6.0)])
+def test_a_stress_that_moves_with_an_edge_is_off_by_the_change_of_its_top(
+    at_edge, error, monkeypatch
+):
+    """By 1, where it was 9."""
+    monkeypatch.setattr(
+        stress_errors, "_stress_at", lambda *_: (np.array([4.0, 9.0, 2.0]), np.zeros(3, dtype=int))
+    )
+    monkeypatch.setattr(stress_errors, "_gains_nothing", lambda *_: np.zeros(3, dtype=bool))
+    found = _change([10.0, 4.0, 1.0], 1e-9, False, 0.0, at_edge=at_edge)
+    assert found == pytest.approx(error)
+
+
+def _change(now, spread, at_corner, halvings, left=1.0, at_edge=False):
     """The error of a largest stress of 10 on a side, or inside where it does not vary."""
     part = "side" if spread else ""
     own, nothing = np.arange(len(now)) < 2, np.zeros(len(now))
     around = np.column_stack([np.arange(len(now)), nothing]), np.full(len(now), part), np.array(now)
     tops = np.where(own, 0.0, 0.5), nothing, halvings + nothing
-    more = np.where(own, spread, 0.0), None, 2, at_corner
-    near = stress_errors.NearStress(*around, *more, *tops)
+    more = np.where(own, spread, 0.0), 0 * own, 2, at_corner
+    near = stress_errors.NearStress(*around, *more, *tops, np.full(len(now), at_edge))
     number = Number("von Mises stress", "body", 1, 0, np.array([10.0]), "stress", part=part)
     accuracy = SimpleNamespace(error=0.05, resultants=0.1, unseen={})
-    return stress_errors.stress_change(SimpleNamespace(accuracy=accuracy), None, number, near, left)
+    solution, lefts = SimpleNamespace(accuracy=accuracy), stress_errors.Left(left, left, left, 1.0)
+    return stress_errors.stress_change(solution, None, number, near, lefts)
 
 
 @pytest.mark.parametrize(("halvings", "left"), [(3.0, 1.0), (3.0, 2.4), (2.0, 2.4)])
 def test_what_exponents_tell_of_a_stress_meshes_do_not_tell_again(halvings, left, monkeypatch):
     """All changes to come are those that halvings of the elements make, where they are known, or
     those that two meshes leave."""
-    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: (np.array([9.6, 9.6]), None))
+    monkeypatch.setattr(stress_errors, "_stress_at", lambda *_: (np.full(2, 9.6), np.zeros(2, int)))
     monkeypatch.setattr(stress_errors, "_gains_nothing", lambda *_: np.zeros(2, dtype=bool))
     left_over = left * _change([10.0, 10.0], 1e-9, False, halvings, left)
     assert left_over == pytest.approx(0.4 * max(halvings, left))

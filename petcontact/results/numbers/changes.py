@@ -21,7 +21,7 @@ from ..strength.strengths import beside, growth
 from .number import DISPLACEMENT, Key, Number
 from .peaks import stress_name
 from .printed import end_of
-from .stress_errors import NearStress, stress_change
+from .stress_errors import Left, NearStress, stress_change
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "largest p": lambda pair: pair.pressure,
@@ -30,6 +30,8 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
+ALL = Left()
+"""All of a difference is left."""
 STATES: dict[str, Callable[[PairResult], Mask]] = {
     "contact area": lambda pair: np.asarray(pair.state != OPEN),
     "slipping": lambda pair: np.asarray(pair.state == SLIP),
@@ -43,7 +45,7 @@ def change_of(
     number: Number,
     before: Number | None,
     stresses: dict[Key, NearStress],
-    left: float = 1.0,
+    left: Left = ALL,
 ) -> float:
     """Return the error of a number by its difference on two meshes; `left` is how much of that is
     taken to be left on the finer one."""

@@ -9,6 +9,7 @@ tractions.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -16,19 +17,21 @@ import numpy as np
 
 from ...contact.law_protocol import SLIP
 from ...fields.boundary.places import located, sizes
-from ...linalg.nearest import within
 from ...refinement.levels import LEAST_GAIN, MOST_GAIN
 from ...round_off import EPS
 from ..evaluated import Evaluated, displacement_scale
 from ..records import PairResult
 from ..strength.singular_places import singular_places
 from .balance import balanced
-from .changes import FUNCTIONS, change_of, error_of_maximum
-from .number import ENERGY, Number
+from .changes import FUNCTIONS, STATES, change_of, error_of_maximum
+from .number import ENERGY, Key, Number
 from .path_errors import of_increments, path_errors
 from .peaks import stress_name
-from .printed import by_key, end_of, numbers_of, resultant
-from .stress_errors import stresses_near, unseen
+from .printed import End, by_key, end_of, numbers_of, resultant
+from .stress_errors import Left, at_edges, stresses_near, unseen
+
+AT_EDGE = 0.5
+"""Power of an error in L2 that is the largest error by an edge of contact or of stick [-]."""
 
 
 def with_errors(solution: Evaluated) -> list[Number]:
@@ -70,15 +73,14 @@ def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
 
 def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     stresses = stresses_near(solution, numbers)
-    others = [(each, gain, by_key(each)) for each, gain in _coarser(solution)]
-    result = list[Number]()
+    others, result = [*_others(solution, numbers)], list[Number]()
     for number in numbers:
         error, before = number.error, others[0][2].get(number.key)
         power = _power(solution, number) if solution.accuracy.estimates else 1.0
-        for other, gain, there in others:
-            left = 1.0 / (max(gain**power, LEAST_GAIN) - 1.0)
+        for other, gain, there, moved in others:
+            left = _left(gain, power, moved.get(number.key[2:], 0.0))
             change = change_of(solution, other, number, there.get(number.key), stresses, left)
-            error = np.fmax(error, change * left)
+            error = np.fmax(error, change * left.own)
         counted = (
             number.is_resultant or not np.isnan(number.exponent) or _at_singular(solution, number)
         )
@@ -95,6 +97,35 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     return [*balanced(result, supports=solution.problem.kind == "bilateral")]
 
 
+def _others(
+    solution: Evaluated, numbers: Sequence[Number]
+) -> Iterator[tuple[Evaluated, float, dict[Key, Number], dict[End, float]]]:
+    """`_coarser` with the numbers there, and how far edges have moved."""
+    for other, gain in _coarser(solution):
+        there = by_key(other)
+        yield other, gain, there, _moved(numbers, there)
+
+
+def _left(gain: float, power: float, moved: float) -> Left:
+    """What is left of the differences of two meshes on the finer one, whose errors are less by a
+    gain, and those of a number by a power of it."""
+    own, usual, at_edge = (
+        1.0 / (max(gain**each, LEAST_GAIN) - 1.0) for each in (power, 1.0, AT_EDGE)
+    )
+    return Left(own, usual, at_edge, moved)
+
+
+def _moved(numbers: Sequence[Number], there: dict[Key, Number]) -> dict[End, float]:
+    """How far edges lie apart on two meshes after increments, by the areas that they are around, as
+    of circles [length]; those of narrow areas less."""
+    apart = dict[End, float]()
+    for each in numbers:
+        if each.name in STATES and each.key in there:
+            off = abs(math.sqrt(each.size) - math.sqrt(there[each.key].size)) / math.sqrt(math.pi)
+            apart[each.key[2:]] = max(off, apart.get(each.key[2:], 0.0))
+    return apart
+
+
 def _shared(solution: Evaluated, number: Number) -> float:
     """Return the error that meshes share, which their difference does not show."""
     size = number.scale if number.is_resultant else number.size
@@ -105,20 +136,16 @@ def _shared(solution: Evaluated, number: Number) -> float:
 def _power(solution: Evaluated, number: Number) -> float:
     """Return the power of an error in L2 that is the error of a number on panels.
 
-    By an edge of contact or of stick it is 1/2: tractions are like √s there, and their largest
-    error falls like the root of that in L2. A maximum lies there if nodes of two states are within
-    twice the size of its element.
+    By an edge of contact or of stick it is `AT_EDGE`: tractions are like √s there, and their
+    largest error falls like the root of that in L2.
     """
     side = solution.sides.get(number.of, (number.of, number.part))
     if number.place is None or not side[1] or np.isinf(number.error):
         return 1.0
     mesh, place = solution.meshes[side[0]], number.place[None]
-    reach = 2.0 * sizes(mesh)[located(mesh, place, side[1], within=sizes(mesh))[0]]
-    states = (
-        set(pair.state[within(pair.x, place, reach)[1]])
-        for pair in end_of(solution, number).pairs.values()
-    )
-    return 0.5 if any(len(each) > 1 for each in states) else 1.0
+    element = located(mesh, place, side[1], within=sizes(mesh))[0]
+    at_edge = at_edges(solution, end_of(solution, number), side[0], place, element)
+    return AT_EDGE if at_edge[0] else 1.0
 
 
 def _at_singular(solution: Evaluated, number: Number) -> bool:

@@ -15,9 +15,11 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask, largest_by, scattered, smallest_by
 from ...fields.boundary.places import located, sizes
+from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
 from ..evaluated import Evaluated
+from ..records import StepResult
 from ..strength.corners import corners_of
 from ..strength.singular_places import singular_places
 from ..strength.strengths import RING, TOP, growth, tops
@@ -59,6 +61,8 @@ class NearStress:
         Distance within which no stress is larger than a top there, 0 where none is looked for
         [length]; what more it may be at a place where it grows slowly [stress]; and what the stress
         there changes by smaller elements over its last change, see `Place.halvings`.
+    at_edge : (q,) array
+        Whether panels have an edge of contact or of stick there, see `at_edges`.
     """
 
     x: Array
@@ -71,6 +75,39 @@ class NearStress:
     reach: Array
     grown: Array
     halvings: Array
+    at_edge: Mask
+
+
+@record
+class Left:
+    """What is left, on the finer of two meshes, of what they differ by.
+
+    Attributes
+    ----------
+    own : float
+        Of the number itself [-].
+    usual, at_edge : float
+        Of stress away from edges of contact and stick, and there [-].
+    moved : float
+        How far these edges lie apart on the two meshes [length].
+    """
+
+    own: float = 1.0
+    usual: float = 1.0
+    at_edge: float = 1.0
+    moved: float = 0.0
+
+
+def at_edges(solution: Evaluated, end: StepResult, body: str, x: Array, element: Index) -> Mask:
+    """Return which points (q, d) on elements (q,) of a body have nodes of two states within twice
+    the size of their element."""
+    result = np.zeros(len(x), dtype=bool)
+    reach = np.where(element >= 0, 2.0 * sizes(solution.meshes[body])[element], 0.0)
+    for pair in end.pairs.values():
+        point, node = within(pair.x, x, reach)
+        state = pair.state[node].astype(float)
+        result |= largest_by(point, state, len(x), -np.inf) > smallest_by(point, state, len(x))
+    return result
 
 
 def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, NearStress]:
@@ -98,46 +135,70 @@ def unseen(solution: Evaluated, number: Number, parts: Any) -> Array:
 def _near(solution: Evaluated, number: Number, place: Array) -> NearStress:
     """The stress around the place of a number."""
     x, parts, spread, count, reach = _places(solution, number, place)
-    mesh = solution.meshes[number.of]
+    values, element = _stress_at(solution, number, x, parts)
+    corner = bool(number.part) and _is_corner(solution.meshes[number.of], place)
+    end = end_of(solution, number)
+    share, halvings = growth(solution, end, number.of, x)
+    grown = values * share * (reach > 0.0)
+    # along curves edges are known better than elements are long
+    at_edge = at_edges(solution, end, number.of, x, element) & bool(solution.accuracy.estimates)
+    around = x, parts, values, spread, element, count
+    return NearStress(*around, corner, reach, grown, halvings, at_edge)
+
+
+def _is_corner(mesh: BoundaryMesh, place: Array) -> bool:
+    """Whether a place is a corner of a body."""
     corners = corners_of(mesh)
     away = np.linalg.norm(corners.x - place, axis=1)
-    at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
-    values, element = _stress_at(solution, number, x, parts)
-    corner = bool(number.part and at_corner)
-    share, halvings = growth(solution, end_of(solution, number), number.of, x)
-    grown = values * share * (reach > 0.0)
-    return NearStress(x, parts, values, spread, element, count, corner, reach, grown, halvings)
+    return bool((away < FINEST * sizes(mesh)[corners.element[:, 0]]).any())
 
 
 def stress_change(
-    solution: Evaluated, coarser: Evaluated, number: Number, near: NearStress, left: float = 1.0
+    solution: Evaluated, coarser: Evaluated, number: Number, near: NearStress, left: Left
 ) -> float:
     """Return the error of a largest stress: its change at its place, around it and elsewhere.
 
     Of these `left` times as much is left, as far as the meshes tell. At a place whose exponents are
-    known these tell it, in place of the meshes, where they say more.
+    known these tell it, in place of the meshes, where they say more. By edges of contact and stick,
+    which move from mesh to mesh, the largest stresses as near as they move are compared.
 
     At a corner the stress may go on changing as slowly as it does in the last element. Where an
     element gains nothing on the other mesh, the difference tells no error: both owe it to the same
     data, or to panels that were not refined. There it has the relative error of the solution; on
     panels, which are extrapolated to their corners, how much it varies in the element.
     """
-    now, count = near.values, near.count
     before, element = _stress_at(coarser, number, near.x, near.parts)
-    change = np.abs(now - before)
-    if np.isnan(change[:count]).all():
+    reach, own = np.where(near.at_edge, left.moved, 0.0), slice(near.count)
+    largest = [_largest_within(near, reach, each) for each in (near.values, before)]
+    change = np.abs(largest[0] - largest[1])
+    if np.isnan(change[own]).all():
         return np.nan
     if number.part:
-        own, accuracy = np.arange(len(now)) < count, solution.accuracy
-        cut = not np.isnan(accuracy.resultants)  # panels that were not cut gain nothing
-        least = near.spread if cut else accuracy.error * number.size * own
         same = _gains_nothing((solution, coarser), number.of, np.array([near.element, element]))
-        change = np.where(same, np.fmax(change, least), change)
-        change *= np.fmax(near.halvings / max(left, 1.0), 1.0)
-    change = change + unseen(solution, number, near.parts) / left
-    top, off = float(number.value[0]), float(np.nanmax(change[:count]))
+        # panels that were not cut gain nothing
+        cut, least = not np.isnan(solution.accuracy.resultants), near.spread
+        if not cut:
+            least = solution.accuracy.error * number.size * (np.arange(len(least)) < near.count)
+        change *= np.fmax(near.halvings / max(left.own, 1.0), 1.0)
+        change *= np.where(near.at_edge, left.at_edge, left.usual) / left.own
+        # what varies by an edge elsewhere is the edge itself
+        same[near.count :] &= ~near.at_edge[near.count :]
+        change = np.where(same, np.fmax(change, least / max(left.own, 1.0)), change)
+    change = change + unseen(solution, number, near.parts) / left.own
+    top, off = float(number.value[0]), float(np.nanmax(change[own]))
     off = _rival(near, change, top + off) - top
-    return float(max(off, np.ptp(now[:count])) if near.at_corner else off)
+    return float(max(off, np.ptp(near.values[own])) if near.at_corner else off)
+
+
+def _largest_within(near: NearStress, reach: Array, values: Array) -> Array:
+    """The largest of values (q,) at places of the same part within reaches (q,) of each."""
+    result, known = values.copy(), np.isfinite(values)
+    for part in np.unique(near.parts[reach > 0.0]):
+        rows = np.flatnonzero((near.parts == part) & known)
+        asked = rows[reach[rows] > 0.0]
+        place, other = within(near.x[rows], near.x[asked], reach[asked])
+        result[asked] = largest_by(place, values[rows[other]], len(asked), -np.inf)
+    return result
 
 
 def _rival(near: NearStress, change: Array, above: float) -> float:
