@@ -182,21 +182,23 @@ def with_report(
         if first is here and (not divided or isinstance(problem.method, SemismoothNewton)):
             return there
         # what is not known there, or too dear here, is asked of the mesh itself
-        dear = divided and not is_affordable(problem, solution, taken)
-        if first is coarse and (np.isnan(path) or dear):
+        if np.isnan(path) or (divided and not is_affordable(problem, solution, taken)):
             continue
-        again = solution
-        if divided:
-            discrete = problem.discrete.with_steps_of(finer.discrete.problem)
-            after = replace(problem, discrete=discrete, factors=finer.factors, halvings=0)
-            again = unreported(after, None)
-            if not again.converged:
-                continue
-            again = reported(after, again)
+        again = _divided_as(problem, finer) if divided else solution
+        if not again.converged:
+            continue
         tracked = there if first is coarse else None
         again = replace(again, accuracy=replace(again.accuracy, path=path), tracked=tracked)
         return again.with_findings(each for each in there.findings if each.kind == "path")
     return with_paths(problem, solution, wanted)
+
+
+def _divided_as(problem: PreparedProblem, finer: PreparedProblem) -> Solution:
+    """The solution of a problem with the increments of another one."""
+    discrete = problem.discrete.with_steps_of(finer.discrete.problem)
+    problem = replace(problem, discrete=discrete, factors=finer.factors, halvings=0)
+    solution = unreported(problem, None)
+    return reported(problem, solution) if solution.converged else solution
 
 
 def _divided(
