@@ -187,8 +187,9 @@ def with_report(
         again = _divided_as(problem, finer) if divided else solution
         if not again.converged:
             continue
-        tracked = there if first is coarse else None
-        again = replace(again, accuracy=replace(again.accuracy, path=path), tracked=tracked)
+        # a coarser mesh tells the errors of its own path only
+        told = {"tracked": there} if first is coarse else {"paths": there.paths}
+        again = replace(again, accuracy=replace(again.accuracy, path=path), **told)
         return again.with_findings(each for each in there.findings if each.kind == "path")
     return with_paths(problem, solution, wanted)
 
