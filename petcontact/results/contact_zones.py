@@ -150,10 +150,10 @@ def hidden_slip(
         Those at places where stress has no bound.
     """
     area, most = np.bincount(mesh.element, mesh.measure), [0.0, 0.0, 0.0, 0.0]
-    for each, q, g in _ends_of_stick(mesh, nodes, pair, elements):
+    for each, q, g, freed in _ends_of_stick(mesh, nodes, pair, elements):
         share = 2.0 * (0.25 * math.pi * q / g) ** 2
         wide = area[each] / (2.0 * sizes(mesh)[each]) ** (mesh.dim - 2)
-        slip = 2.0 * compliance * g * share * float(wide)
+        slip = 2.0 * compliance * freed * share * float(wide)
         most[0] += share * area[each]
         most[1] = max(most[1], slip)
         most[2] += g * slip * share * area[each]
@@ -163,8 +163,9 @@ def hidden_slip(
 
 def _ends_of_stick(
     mesh: BoundaryMesh, nodes: Index, pair: PairResult, elements: Sequence[int]
-) -> Iterator[tuple[int, float, float]]:
-    """Yield elements in which stick ends though no node slips, the largest q there, and g."""
+) -> Iterator[tuple[int, float, float, float]]:
+    """Yield elements in which stick ends though no node slips, the largest q there, g, and the
+    shear that slip takes away: g, or what q exceeds it by."""
     closed, (numbers, row) = pair.state != OPEN, np.unique(mesh.element[nodes], return_inverse=True)
     shear = lengths(pair.sigma_t)
     # without a bound q does not reach it
@@ -178,7 +179,9 @@ def _ends_of_stick(
         bound = pair.bound[rows]
         if np.all(pair.state[rows] == STICK) and 0.0 < bound.min() < np.inf:
             most = max(float(q[:, k].max()), float(shear[rows].max()))
-            yield int(numbers[k]), most, float(bound.mean())
+            singular = open_ones[k] or numbers[k] in elements
+            freed = float(bound.mean()) if singular else float((q - g)[:, k].max())
+            yield int(numbers[k]), most, float(bound.mean()), freed
 
 
 @record
