@@ -40,6 +40,26 @@ def test_a_shaft_is_twisted(inner):
     assert np.allclose(solution.stress_on_boundary()[:, 5], rate * mesh.x[:, 0], atol=1e-9 * rate)
 
 
+def test_a_hot_hub_that_only_contact_holds_is_the_one_without_torsion():
+    """Heat has no torque, so a third component that is 0 changes nothing."""
+    held = moved("bottom", [0.0, 0.0])
+    expanding = {**elastic(200.0, 0.3), "thermal_expansion": 1e-5}
+    heat = {"material": expanding, "loads": {"temperature": "x"}}
+    pairs = []
+    for still in (held, {**held, "value": [0.0, 0.0, 0.0]}):
+        hot = problem(
+            symmetry="axial",
+            body=[
+                {"name": "shaft", **ring(0.0, 1.0, 2.0, still)},
+                {"name": "hub", **ring(1.0, 2.0, 2.0), **heat},
+            ],
+            contact=[touching("fit", "hub.left", "shaft.right", gap=-1e-3, friction_bound=0.1)],
+        )
+        pairs.append(solve(hot).pairs["fit"])
+    assert pairs[1].pressure == pytest.approx(pairs[0].pressure, rel=1e-8)
+    assert pairs[1].sigma_t[:, :1] == pytest.approx(pairs[0].sigma_t, abs=1e-8)
+
+
 def test_one_bound_for_both_directions():
     """A hub that is pulled and turned: the shear has the size µ p, against the slip."""
     ends = moved("bottom", ["free", 0.0, 0.0]), moved("top", ["free", 0.0, "free"])

@@ -189,8 +189,9 @@ def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
         (data.force * mesh.depth, at_points, ROUNDED),
     ]
     if data.volume is not None:
-        left, of_sizes = _works((weight * mesh.normal)[None], modes)
-        error = float((np.abs(left) / of_sizes).max())
+        # normals lie in the half section: no work on a rotation about the axis
+        left, of_sizes = _works((weight * mesh.normal)[None], modes[:, : mesh.dim])
+        error = float((np.abs(left) / np.where(of_sizes, of_sizes, 1.0)).max())
         loads.append(
             (-data.volume[2] * weight, modes, max(VOLUME, error if error < CLOSED else 0.0))
         )
