@@ -113,7 +113,7 @@ def kinks(
     powers.
 
     The power is that of the distance with which the slope changes: -1 at a jump, 0 at a kink. The
-    fractions are in any order. Candidates are samples at which the slope changes more than at their
+    fractions increase. Candidates are samples at which the slope changes more than at their
     neighbours. The part of the interval around a candidate with the largest change is cut
     repeatedly. There the change falls with the interval if the function is smooth. It stays
     constant at a kink, and grows at a jump.
@@ -151,8 +151,12 @@ def kinks(
         width = np.where(chosen, 2.0 * (1.0 + 1.0 / PARTS) / PARTS * width, width)
         widths.append(width)
         changes.append(np.where(chosen, largest, changes[-1]))
-    power = _powers(np.array(widths), np.array(changes))
-    return (low + 0.5 * width)[power < SMOOTH], power[power < SMOOTH]
+    power, place = _powers(np.array(widths), np.array(changes)), low + 0.5 * width
+    chosen = np.flatnonzero(power < SMOOTH)
+    chosen = chosen[np.argsort(place[chosen])]
+    # one midway between two samples is found from both
+    chosen = chosen[np.diff(place[chosen], prepend=-1.0) > TOLERANCE]
+    return place[chosen], power[chosen]
 
 
 def _noise(values: Callable[[Array], Array], samples: Array) -> float:

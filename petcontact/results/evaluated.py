@@ -166,9 +166,15 @@ class Evaluated(Keeping, Hinted):
     def gap_edges(self) -> dict[str, list[Array]]:
         """Points (k, d) of each edge that presses on an interface's secondary, by its gap
         [length]."""
-        boundaries = self.posed.boundaries
+        given, bodies = self.problem.body, self.posed.bodies
         return {
-            side.name: gap_edges(boundaries[side.body], side.part, side.law.gap)
+            side.name: gap_edges(
+                self.meshes[given[side.body].name]
+                if hasattr(given[side.body].geometry, "file")  # which need not be here
+                else self.posed.outline_of(side.body),
+                side.part,
+                side.law.gap if bodies[side.body].has_inside else None,
+            )
             for side in self.posed.interfaces
             if side.law.normal == "unilateral"
         }

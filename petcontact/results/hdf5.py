@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 import json
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, MutableMapping
+from collections.abc import Callable, Container, Iterable, Mapping, MutableMapping
 from pathlib import Path
 
 import h5py
@@ -17,6 +17,7 @@ from ..errors import ResultError
 from ..given.tables.base import parse
 from ..given.tables.units import Units
 from ..mesh.storage import read_mesh, write_mesh
+from ..model.interfaces import posed_interfaces
 from ..model.problem import Problem
 from ..runtime.file_kinds import demand_result_name
 from ..untyped import Group, Keyed
@@ -340,17 +341,17 @@ def _read_group(group: Group, source: str) -> SolutionData:
 
 def _read(group: Group, attributes: Keyed, source: str) -> SolutionData:
     """Return the solution that a checked group holds."""
-    problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
+    nodes = {name: pair["nodes"][()] for name, pair in group.get("pairs", {}).items()}
+    sides = {
+        name: (str(pair.attrs["body"]), str(pair.attrs["part"]))
+        for name, pair in group.get("pairs", {}).items()
+    }
+    problem = _read_problem(attributes["config"], sides, source)
     meshes = {
         body.name: read_mesh(group[f"bodies/{body.name}/mesh"], source) for body in problem.body
     }
-    nodes = {name: place["nodes"][()] for name, place in group.get("pairs", {}).items()}
-    sides = {
-        name: (str(p.attrs["body"]), str(p.attrs["part"]))
-        for name, p in group.get("pairs", {}).items()
-    }
     check_steps(group.get("steps", {}), max(1, len(problem.step)), source)
-    count = len(group["steps"]) if "steps" in group else 0
+    count = len(group.get("steps", ()))
     rows = {key: values[()] for key, values in group["history"].items()}
     check_history(rows, source)
     steps = [_read_step(group[f"steps/{k}"], _read_history(rows, k)) for k in range(1, count + 1)]
@@ -380,6 +381,18 @@ def _read(group: Group, attributes: Keyed, source: str) -> SolutionData:
         read_wear(group, nodes, source),
         written=read_numbers(group, source),
     )
+
+
+def _read_problem(config: str, sides: Container[str], source: str) -> Problem:
+    """Return the problem, whose parts that may touch are those of the file.
+
+    They were found on outlines, whose own files need not be where a result is read.
+    """
+    problem: Problem = parse(Problem, tomllib.loads(config), source)
+    interfaces = posed_interfaces(problem)
+    met = tuple(side for side in interfaces if side.name in sides or not side.contact)
+    vars(problem)["interfaces"] = met
+    return problem
 
 
 def _read_history(rows: Keyed, increment: int) -> History:

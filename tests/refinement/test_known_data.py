@@ -157,3 +157,30 @@ def test_a_gap_over_a_box_jumps_where_points_lie(gap, off, count):
     if count:
         assert off(*points.T[:2]) == pytest.approx(0.0, abs=1e-6)
         assert points[:, 2] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("symmetry", "gap", "places"),
+    [
+        ({}, "where(abs(x - 2.1) < 0.73, 0, 1)", [1.37, 2.83]),  # midway between two samples
+        ({}, "0.1*abs(x - 1.3) - 0.3*abs(x - 3)", [1.3]),
+        ({"symmetry": "axial"}, "0.3*x + 0.2*abs(x - 1.3)", [0.0, 1.3]),
+    ],
+)
+def test_edges_of_a_gap_by_the_outline_or_by_a_mesh_along_it(symmetry, gap, places):
+    law = closing("top", normal="unilateral", gap=gap)
+    sides = [moved("bottom", [0.0, 0.0]), drawn("right", [0.0, 0.0]), law]
+    held = [] if symmetry else [drawn("left", [0.0, 0.0])]
+    posed = problem(
+        material=elastic(10_000.0, 0.3),
+        geometry=rectangle([0, 0], [4, 2]),
+        boundary=[*sides, *held],
+        **symmetry,
+    ).posed
+    (outline,) = posed.boundaries
+    breaks, count = np.linspace(0.0, 1.0, 9), len(outline.sides)
+    mesh = build_mesh(outline, count * [breaks], count * [np.zeros(8, dtype=int)])
+    for shape in (outline, mesh):
+        edges = np.vstack(gap_edges(shape, "top", posed.interfaces[0].law.gap))
+        assert sorted(edges[:, 0]) == pytest.approx(places, abs=1e-9)
+        assert edges[:, 1] == pytest.approx(2.0)

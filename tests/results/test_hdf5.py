@@ -6,11 +6,13 @@ from __future__ import annotations
 import dataclasses
 import errno
 import os
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 from examples import example
+from shapes import drawn, elastic, moved, problem, touching
 
 from petcontact import MeshOptions, solve
 from petcontact.errors import OutputError, ResultError
@@ -58,6 +60,34 @@ def test_a_law_that_names_no_bounds(tmp_path):
     assert again.verdict() == bare.verdict()
     (q,) = (each.value for each in again.numbers if each.name == "largest q")
     assert q == pytest.approx(150.0)
+
+
+def test_a_result_needs_no_file_of_the_problem(tmp_path):
+    file = tmp_path / "plate.msh"
+    file.write_bytes((Path(__file__).parents[1] / "data/plate_v41.msh").read_bytes())
+    tools = [
+        {"name": name, "shape": "circle", "centre": [x, 4.0], "radius": 1.0}
+        for name, x in (("left", 1.0), ("right", 3.0))
+    ]
+    solution = solve(
+        problem(
+            material=elastic(1000.0, 0.3),
+            geometry={"shape": "gmsh", "file": str(file)},
+            mesh={"element_size": 0.25},
+            boundary=[
+                moved("bottom", [0.0, 0.01]),
+                *(drawn(p, [0.0, 0.0]) for p in ("sides", "9")),
+            ],
+            obstacle=tools,
+            contact=[touching("tools", "top", ["left", "right"])],
+        )
+    )
+    write_solution(tmp_path / "r.h5", solution)
+    file.unlink()
+    again = dataclasses.replace(read_result(tmp_path / "r.h5"), written=None)
+    assert again.gap_edges.keys() == solution.nodes.keys()
+    first, second = ([(n.name, str(n.value)) for n in s.numbers] for s in (solution, again))
+    assert first == second
 
 
 def test_truncated_and_foreign_files_are_refused(path):

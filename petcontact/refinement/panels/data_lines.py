@@ -10,7 +10,8 @@ import math
 import numpy as np
 
 from ...arrays import Array
-from ...geometry.outline import Outline
+from ...geometry.meridian import meridian
+from ...geometry.outline import Outline, Side
 from ...geometry.same_place import TOLERANCE, distinct
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, face_axes
 from ...given.body_data import Body
@@ -18,8 +19,11 @@ from ...given.features import kinks, uniform
 from ...given.lines import lines_of
 from ...given.sites import Sites
 from ...given.values import Given
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import CurveMesh
 from ...mesh.pairs.box_faces import grid_lines, mesh_of_lines
 from ...mesh.pairs.common_breakpoints import with_joints
+from ...mesh.ring_mesh import RingMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE, SOLVED
 from ..known_data import rough_data
@@ -84,8 +88,10 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
 
 
 @functools.singledispatch
-def gap_edges(boundary: Boundary, part: str, gap: Given | None) -> list[Array]:
+def gap_edges(boundary: Boundary | BoundaryMesh, part: str, gap: Given | None) -> list[Array]:
     """Return the points (k, d) of each edge that presses on a part [length].
+
+    What comes as a mesh may be given as the mesh: a result holds it, not the file of its outline.
 
     There the gap jumps, or has a kink that points to the part, as the apex of a wedge or, on the
     axis of revolution, of a cone. On a face of a box all points where the gap jumps are one edge.
@@ -111,6 +117,22 @@ def _(boundary: Outline, part: str, gap: Given | None) -> list[Array]:
             ]
             points += [*line.side.point(np.concatenate([jumps, bent[pressing], apex]))[:, None]]
     return points
+
+
+@gap_edges.register
+def _(mesh: CurveMesh, part: str, gap: Given | None) -> list[Array]:
+    if gap is None:
+        return []
+    names, loops = mesh.part_names, list[tuple[Side, ...]]()
+    for loop in mesh.loops():
+        sides = [
+            Side(mesh.start[k], mesh.end[k], names[mesh.part[k]], float(mesh.curvature[k]))
+            for k in loop
+        ]
+        along_axis = Side(sides[-1].end, sides[0].start, "")
+        loops.append((*sides, along_axis) if along_axis.length else tuple(sides))
+    outline = Outline(tuple(loops)).joined
+    return gap_edges(meridian(outline) if isinstance(mesh, RingMesh) else outline, part, gap)
 
 
 @gap_edges.register
@@ -161,8 +183,7 @@ def _across(datum: Given, box: BoxSurface, part: str, axis: int) -> Array:
         kinks(functools.partial(values, share), shares, values(share, shares), far)
         for share in 0.618 * np.arange(1.0, 8.0) % 1.0
     ]
-    by_line = [np.unique(fractions) for fractions, _ in found]
-    ends = np.sort(np.concatenate(by_line))
+    ends = np.sort(np.concatenate([fractions for fractions, _ in found]))
     twice = ends[1:][np.diff(ends) < TOLERANCE]
     lines = distinct(twice, TOLERANCE, 1.0)
     lines = lines[(lines > 0.0) & (lines < 1.0)]
