@@ -48,7 +48,7 @@ class Rows:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
-Numbers = TypeVar("Numbers", Array, Index)
+Numbers = TypeVar("Numbers", Array, Index, States)
 
 
 def scattered(values: Numbers, rows: Index | Mask, count: int, otherwise: float = 0) -> Numbers:
@@ -69,13 +69,13 @@ def marked(rows: Index, count: int) -> Mask:
     return result
 
 
-def largest_by(row: Index, values: Array, count: int, least: float = 0.0) -> Array:
+def largest_by(row: Index, values: Numbers, count: int, least: float = 0.0) -> Numbers:
     """Return the largest of values (n, ...) in each of (count, ...) rows, and at least `least`.
 
     >>> largest_by(np.array([0, 2, 0]), np.array([1.0, 5.0, 3.0]), 3)
     array([3., 0., 5.])
     """
-    result = np.full((count, *values.shape[1:]), least)
+    result = np.full((count, *values.shape[1:]), least, dtype=values.dtype)
     np.maximum.at(result, row, values)
     return result
 

@@ -212,8 +212,7 @@ class ProductCompliance(ContactCompliance):
 
     def softened(self, layer: Array) -> ContactCompliance:
         """Return S with the layer added to its products."""
-        add = np.zeros(self._shape)
-        add[:, -1] = layer
+        add = layer[:, None] * np.eye(self._shape[1])[-1]
         return ProductCompliance(
             lambda sigma: self._product(sigma) + add * sigma, self._shape, *self._others
         )

@@ -16,7 +16,7 @@ import functools
 import numpy as np
 
 from .. import native
-from ..arrays import Array, Index
+from ..arrays import Array, Index, scattered
 from ..errors import SingularMatrixError
 from ..runtime.petsc import petsc, petsc_library
 from ..runtime.ranks import mpi
@@ -205,9 +205,7 @@ class BlockedLU:
                 _back(pair[0], self._n, wide, wide, pair[1], wide, count, work, _routines()[1])
                 solved[rows] = part.T
                 flat[:first] -= columns[:, :first].T @ solved[rows]
-        result = np.empty_like(solved)
-        result[self._order] = total(solved, self._mpi)
-        return result.reshape(left.shape)
+        return scattered(total(solved, self._mpi), self._order, self._n).reshape(left.shape)
 
     def apply(self, pc: PC, x: Vec, y: Vec) -> None:
         """PETSc asks for A⁻¹ x."""

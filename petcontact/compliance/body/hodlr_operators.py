@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, scattered
 from ...bem.operators import BoundaryOperators
 from ...compression.hodlr import HODLR, compress, factor
 from ...errors import SolverError
@@ -78,9 +78,10 @@ class CompressedOperators:
 
     def traction_to_rhs(self, sigma: Array) -> Array:
         """Return G_Ct σ on this rank's nodes, for one σ (m k,) or several (m k, s)."""
-        padded = np.zeros((len(self._is_contact), *sigma.shape[1:]))
-        padded[self._is_contact] = sigma[self._contact] / self.operators.traction_scale
-        return np.asarray(self._rhs_columns @ padded)
+        scaled = sigma[self._contact] / self.operators.traction_scale
+        return np.asarray(
+            self._rhs_columns @ scattered(scaled, self._is_contact, len(self._is_contact))
+        )
 
     def solve(self, rhs: Array) -> Array:
         """Return this rank's part of A_0⁻¹ times one right-hand side or several."""

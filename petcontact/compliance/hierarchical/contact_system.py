@@ -34,8 +34,7 @@ class _SolvedCompliance(ContactCompliance):
 
     def softened(self, layer: Array) -> ContactCompliance:
         """Return the compliance with a layer added to v."""
-        soft = np.zeros(self._shape)
-        soft[:, -1] = layer
+        soft = layer[:, None] * np.eye(self._shape[1])[-1]
         return _SolvedCompliance(self._joint, self.surrogate, soft)
 
     def apply(self, sigma: Array) -> Array:

@@ -349,8 +349,8 @@ def _secondary_nodes(
     ]
     node: Index = np.concatenate([start[:0], *numbers])
     met = np.isfinite(np.concatenate([np.zeros(0), *(face.gap for face in interfaces)]))
-    order, leads = np.lexsort((~met, node)), np.zeros(len(node), dtype=bool)
-    leads[order[np.unique(node[order], return_index=True)[1]]] = True
+    order = np.lexsort((~met, node))
+    leads = marked(order[np.unique(node[order], return_index=True)[1]], len(node))
     if np.any(met & ~leads):
         raise InputError(TWICE)
     return node, np.flatnonzero(np.repeat(leads, k))

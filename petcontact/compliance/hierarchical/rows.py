@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, scattered
 from ...bem.operators import BoundaryOperators
 from ...compression.hmatrix.block_tree import block_tree, cluster
 from ...compression.hmatrix.entries import block
@@ -154,9 +154,8 @@ class CompressedRows:
 
     def by_nodes(self, z: Array) -> Array:
         """Return unknowns (size, ...) in the order of the mesh's nodes."""
-        result = np.empty((len(self.nodes), self.components, *z.shape[1:]))
-        result[self.nodes] = z.reshape(result.shape)
-        return result.reshape(z.shape)
+        by_node = z.reshape(len(self.nodes), self.components, *z.shape[1:])
+        return scattered(by_node, self.nodes, len(self.nodes)).reshape(z.shape)
 
     @property
     def nbytes(self) -> int:

@@ -202,9 +202,8 @@ def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components
     # far blocks have a mean rank of 5 for each digit: to share out rows and to foretell memory
     rank = -5.0 * np.log10(tolerance)
     entries = np.where(blocks.far, rank * components * (m + n), components**2 * m * n) / m
-    change = np.zeros(int(tree.last[0]) + 1)
-    np.add.at(change, tree.first[blocks.row], entries)
-    np.add.at(change, tree.last[blocks.row], -entries)
+    ends = np.concatenate([tree.first[blocks.row], tree.last[blocks.row]])
+    change = np.bincount(ends, np.concatenate([entries, -entries]), int(tree.last[0]) + 1)
     return np.asarray(np.dtype(number_type(tolerance)).itemsize * np.cumsum(change[:-1]))
 
 

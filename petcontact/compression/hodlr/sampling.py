@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask, Rows, ranked
+from ...arrays import Array, Index, Mask, Rows, ranked, scattered
 from ...record import record, replace
 from .clusters import Boxes, NodeCurves, halved
 
@@ -132,9 +132,10 @@ class Sampler:
     ) -> ProxySample:
         """Return a sample of nodes at positions and of probes, with the weights of both."""
         positions = np.unique(np.concatenate([position, probe]))
-        weights, at_random = np.zeros(len(positions)), np.zeros(len(positions))
-        weights[np.searchsorted(positions, position)] = weight
-        at_random[np.searchsorted(positions, probe)] = drawn
+        weights, at_random = (
+            scattered(values, np.searchsorted(positions, some), len(positions))
+            for values, some in ((weight, position), (drawn, probe))
+        )
         return ProxySample(self.carriers[positions], weights, at_random, whole)
 
     def _cells(self, start: Index, stop: Index, boxes: Boxes) -> _Cells:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Array, Index, shown
+from ...arrays import Array, Index, shown, smallest_by
 from ...errors import InputError
 from ...record import record
 from ...round_off import WRITTEN, least_pieces, whole
@@ -92,9 +92,8 @@ def _sectors(r: Array, following: Index, angle: float, size: float) -> Index:
     wanted = angle * r / (size * base)
     level = np.where(r > 0.0, np.rint(np.log2(np.maximum(wanted, 1.0))), -1.0)
     while True:
-        lower = level.copy()
-        np.minimum.at(lower, following, level + 1.0)
-        lower = np.minimum(lower, level[following] + 1.0)
+        beside = smallest_by(following, level, len(level)), level[following]
+        lower = np.minimum(level, np.minimum(*beside) + 1.0)
         lower = np.where(r > 0.0, np.maximum(lower, 0.0), -1.0)
         if np.array_equal(lower, level):
             return np.where(r > 0.0, base * 2 ** np.maximum(level, 0.0), 0).astype(np.int64)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, scattered
 from ...errors import InputError
 from ...geometry.outline import Outline
 from ...record import record
@@ -64,6 +64,4 @@ def partner_nodes(mesh: BoundaryMesh, part: str, partner: str) -> Index:
     """
     own, opposite = mesh.nodes_of(part), mesh.nodes_of(partner)
     order = np.argsort(mesh.sites(own).along), np.argsort(-mesh.sites(opposite).along)
-    result = np.empty_like(own)
-    result[order[0]] = opposite[order[1]]
-    return result
+    return scattered(opposite[order[1]], order[0], len(own))

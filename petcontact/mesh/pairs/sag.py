@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ...arrays import Array
+from ...arrays import Array, largest_by
 from ...round_off import SINGLE
 from .ray_casting import Faces
 
@@ -46,7 +46,4 @@ def sag(faces: Faces) -> Array:
     )
     # the arc cosine has an error of 1e-8 at small angles
     height[cosine > 1.0 - 1e-14] = 0.0
-    result = np.zeros(len(faces))
-    for side in (i, j):
-        np.maximum.at(result, number[side], height)
-    return result
+    return largest_by(number[np.concatenate([i, j])], np.tile(height, 2), len(faces))

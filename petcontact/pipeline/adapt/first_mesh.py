@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Array, Mask
+from ...arrays import Array, Mask, marked
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
 from ...given.body_data import Body
 from ...given.conditions import Contact
@@ -232,6 +232,5 @@ def fine_enough(
         long = np.linalg.norm(sides(mesh), axis=2)[opposite].max(axis=1) > LONGER * length[own]
         if not long.any():
             return mesh
-        marked = np.zeros((mesh.n_elements, 2), dtype=bool)
-        marked[opposite[long]] = True
-        mesh = cut(mesh, marked, surface)
+        over = np.repeat(marked(opposite[long], mesh.n_elements)[:, None], 2, axis=1)
+        mesh = cut(mesh, over, surface)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, scattered
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
 from ...given.interface_data import PosedInterface
@@ -283,8 +283,7 @@ class TailErrors(Keeping):
             good = (mesh.order[element] == 1) & (rim_distance(mesh, nodes, size) > size)
             for step in step_ends(self.solution.steps):
                 state = step.pairs[side.name].state
-                first = np.full(mesh.n_elements, OPEN, dtype=state.dtype)
-                first[element] = state
+                first = scattered(state, element, mesh.n_elements, OPEN)
                 good &= (state != OPEN) & (state == first[element])
                 seen = np.bincount(
                     element,

@@ -312,11 +312,10 @@ class DataRemainders(Keeping):
         samples, nodes = samples_of_term(term, mesh, part), mesh.nodes_of(part)
         if samples is None:
             return np.zeros(mesh.n_elements), 0.0, 0.0, 0.0
-        nodal = np.zeros((mesh.n_nodes, mesh.components))
         normal = lifted(mesh.normal[nodes], mesh.components)
         at_nodes = term.near(mesh.sites(nodes), normal)
-        nodal[nodes] = stand_ins(term, samples, nodes, at_nodes)
-        left = samples.left(nodal)
+        known = stand_ins(term, samples, nodes, at_nodes)
+        left = samples.left(scattered(known, nodes, mesh.n_nodes))
         lost = float(np.linalg.norm(samples.weight @ left)) + samples.doubt
         size = float(samples.weight @ np.linalg.norm(samples.values, axis=1))
         square = samples.over_elements((left**2).sum(axis=1))

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, scattered
 from ...geometry.arcs import cross
 from ...geometry.quadratic import QuadraticCells, on_side, samples
 from ...geometry.surface import Boundary, BoxSurface
@@ -87,8 +87,7 @@ def patches_of(
     )
     for _ in range(16):
         on_part = np.flatnonzero(panels.part == number)
-        away = np.full(panels.n_elements, np.inf)
-        away[on_part] = _distance(zone, panels, on_part)
+        away = scattered(_distance(zone, panels, on_part), on_part, panels.n_elements, np.inf)
         if np.count_nonzero(away < AROUND[0]) > MOST_PIECES:
             return
         for near in (away < limit for limit in AROUND):

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, smallest_by
 from ...geometry.quadratic import on_side
 from ...geometry.surface import Boundary
 from ...mesh.surface_mesh import SurfaceMesh
@@ -147,14 +147,12 @@ def bent(mesh: SurfaceMesh, surface: Boundary, places: Array, share: float, most
         return result
     panel, k, points = mesh.sides_of(curved)
     length = np.linalg.norm(points[1] - points[0], axis=1)
-    first, last, centre = numbered(points.reshape(-1, 3)).reshape(3, -1)
-    short = np.full(1 + max(first.max(), last.max(), centre.max()), np.inf)
-    for ends in (first, last):
-        np.minimum.at(short, ends, length)
+    numbers = numbered(points.reshape(-1, 3)).reshape(3, -1)
+    short = smallest_by(numbers[:2].ravel(), np.tile(length, 2), 1 + int(numbers.max()))
     asked = scipy.spatial.cKDTree(places).query(points[2])[0] <= length
     panel, k = panel[asked], k[asked]
     off = _off(surface, mesh, panel, *points[:, asked])
-    over = off > np.minimum(share * short[centre[asked]], most)
+    over = off > np.minimum(share * short[numbers[2, asked]], most)
     result[panel[over], k[over] % 2] = True
     return result
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, smallest_by
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from .cut_directions import matched, sides
@@ -72,8 +72,7 @@ def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
     reference = np.take_along_axis(
         length[nearby], matched(vectors[mesh.element], vectors[nearby]), axis=1
     )
-    allowed = np.full((mesh.n_elements, 2), np.inf)
-    np.minimum.at(allowed, mesh.element, distance[:, None] + GROWTH * reference)
+    allowed = smallest_by(mesh.element, distance[:, None] + GROWTH * reference, mesh.n_elements)
     return np.asarray(~contact[:, None] & (length > allowed))
 
 
@@ -104,7 +103,6 @@ def faded(mesh: BoundaryMesh, contact: Mask) -> Array:
     nodes = np.flatnonzero(contact[mesh.element])
     if not len(nodes):
         return np.zeros(mesh.n_elements)
-    distance = np.full(mesh.n_elements, np.inf)
-    np.minimum.at(distance, mesh.element, scipy.spatial.cKDTree(mesh.x[nodes]).query(mesh.x)[0])
-    size = element_sizes(mesh)
+    away = scipy.spatial.cKDTree(mesh.x[nodes]).query(mesh.x)[0]
+    distance, size = smallest_by(mesh.element, away, mesh.n_elements), element_sizes(mesh)
     return np.where(contact, 1.0, (size / (distance + size)) ** 6)

@@ -9,7 +9,7 @@ from typing import Any
 import meshio
 import numpy as np
 
-from ...arrays import Array, Index, marked
+from ...arrays import Array, Index, largest_by, marked
 from ...contact.friction_law import project_ball
 from ...fields.stress_state import StressState
 from ...geometry.rotation import lifted
@@ -151,8 +151,7 @@ def _cells(mesh: Any, fields: BodyFields, state: Index, bound: Array) -> meshio.
 def _(mesh: SurfaceMesh, fields: BodyFields, state: Index, bound: Array) -> meshio.Mesh:
     places, cells = vtk_cells(mesh)
     at = mesh.basis_at(places.element, places.place)
-    panel_state = np.full(mesh.n_elements, -1)
-    np.maximum.at(panel_state, mesh.element, state)
+    panel_state = largest_by(mesh.element, state, mesh.n_elements, -1)
     stress = fields.on_boundary(places.element, places.place)
     return meshio.Mesh(
         stress.x,

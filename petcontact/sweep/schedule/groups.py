@@ -117,9 +117,7 @@ def _numbers(codes: list[Index]) -> tuple[Index, Index, Index]:
         combined, return_index=True, return_inverse=True, return_counts=True
     )
     order = np.argsort(first, kind="stable")
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return rank[inverse.ravel()], first[order], size[order]
+    return np.argsort(order)[inverse.ravel()], first[order], size[order]
 
 
 def describe(
