@@ -3,7 +3,7 @@ evenly."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any, Self, TypeVar
 
@@ -48,6 +48,7 @@ class Rows:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
+Key = TypeVar("Key", bound=Hashable)
 Numbers = TypeVar("Numbers", Array, Index, States)
 
 
@@ -83,6 +84,35 @@ def largest_by(row: Index, values: Numbers, count: int, least: float = 0.0) -> N
 def smallest_by(row: Index, values: Array, count: int) -> Array:
     """Return the smallest of values (n, ...) in each of (count, ...) rows, infinite without any."""
     return -largest_by(row, -values, count, -np.inf)
+
+
+def linked(pairs: Index, count: int) -> Index:
+    """Return the group (count,) of each of some things; things of a pair (2, n) are in one group.
+
+    >>> linked(np.array([[0, 3], [2, 1]]), 5)
+    array([0, 1, 0, 1, 2], dtype=int32)
+    """
+    import scipy.sparse.csgraph
+
+    graph = scipy.sparse.coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(count, count))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
+
+
+def connected(nodes: Mapping[Key, Collection[Hashable]]) -> list[list[Key]]:
+    """Return the keys that hang together by what they have in common, in their order.
+
+    >>> connected({"a": "xy", "b": "z", "c": "wx"})
+    [['a', 'c'], ['b']]
+    """
+    place = {
+        node: k for k, node in enumerate(dict.fromkeys(n for own in nodes.values() for n in own))
+    }
+    pairs = [(k, len(nodes) + place[n]) for k, own in enumerate(nodes.values()) for n in own]
+    label = linked(np.array(pairs, dtype=np.int64).reshape(-1, 2).T, len(nodes) + len(place))
+    groups: dict[int, list[Key]] = {}
+    for key, number in zip(nodes, label.tolist(), strict=False):
+        groups.setdefault(number, []).append(key)
+    return list(groups.values())
 
 
 def even_bounds(count: int, size: int) -> Index:

@@ -3,36 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping
-from typing import TypeVar
+from collections.abc import Mapping
 
 import numpy as np
-import scipy
 
-from ..arrays import Array
+from ..arrays import Array, connected
 from ..geometry.quadratic import QuadraticCells, on_side
 from ..mesh.basis import gauss
 from ..round_off import WRITTEN
 from .inp_file import Face
 
-Key = TypeVar("Key", bound=Hashable)
 GAUSS, WEIGHT = 0.5 + 0.5 * gauss(3)[0], 0.5 * gauss(3)[1]
 """Rule on [0, 1] of degree seven, for moments of a linear traction on cells of second order."""
-
-
-def connected(nodes: Mapping[Key, Iterable[int]]) -> list[list[Key]]:
-    """What hangs together by nodes, in the order of the keys."""
-    keys = list(nodes)
-    pairs = [(k, node) for k, key in enumerate(keys) for node in nodes[key]]
-    place = {node: len(keys) + k for k, node in enumerate(dict.fromkeys(n for _, n in pairs))}
-    ends = np.array([(k, place[node]) for k, node in pairs]).reshape(-1, 2)
-    size = len(keys) + len(place)
-    graph = scipy.sparse.coo_matrix((np.ones(len(ends)), ends.T), (size, size))
-    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][: len(keys)]
-    groups: dict[int, list[Key]] = {}
-    for key, value in zip(keys, label.tolist(), strict=True):
-        groups.setdefault(value, []).append(key)
-    return list(groups.values())
 
 
 def loaded_faces(

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import tomli_w
 
+from ..arrays import connected
 from ..errors import InputError
 from ..given.tables.mistakes import NAME
 from ..untyped import Keyed
 from .inp_body import InpBody, boundary_faces
 from .inp_elements import check_elements, count
 from .inp_file import Face, read_inp
-from .inp_forces import connected
 from .inp_references import Reference, bolt, cut, obstacle, spread
 from .inp_statements import Statements
 

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import connected
 from ..given.posed import HOLD
 from ..record import record
 from ..untyped import Keyed
 from .inp_file import Face, InpFile
-from .inp_forces import connected, turning_traction
+from .inp_forces import turning_traction
 from .inp_keywords import Keyword
 
 KINDS = {

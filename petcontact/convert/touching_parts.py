@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 import scipy.spatial
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, connected
 from ..geometry.cad.part import CadSurface, apart
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import WRITTEN
-from .inp_forces import connected
 
 NEAR = 0.3
 """Distance of two parts, over the size of the smaller one of their cells, up to which they may
@@ -40,7 +39,7 @@ def touching(meshes: Meshes) -> list[Ends]:
         for two in names[a + 1 :]:
             found = _near(meshes[one], meshes[two])
             found |= {(part, other) for other, part in _near(meshes[two], meshes[one])}
-            for group in _together(found):
+            for group in connected({pair: [*enumerate(pair)] for pair in sorted(found)}):
                 sides = [
                     (body, sorted({pair[k] for pair in group})) for k, body in enumerate((one, two))
                 ]
@@ -48,12 +47,6 @@ def touching(meshes: Meshes) -> list[Ends]:
                 ends = [[f"{body}.{part}" for part in own] for body, own in sides]
                 result.append((ends[0], ends[1]))
     return result
-
-
-def _together(pairs: set[tuple[str, str]]) -> list[list[tuple[str, str]]]:
-    """Return pairs of parts, those that share a part in one list."""
-    numbers = {end: k for k, end in enumerate({(k, p[k]) for p in sorted(pairs) for k in (0, 1)})}
-    return connected({pair: [numbers[k, pair[k]] for k in (0, 1)] for pair in sorted(pairs)})
 
 
 def gaps_of(pairs: list[Ends], meshes: Meshes, solids: dict[str, Any]) -> dict[int, float]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index, Mask, shown
+from ..arrays import Array, Index, Mask, linked, shown
 from ..errors import InputError
 from ..record import field, record
 from ..round_off import CHAINED
@@ -297,8 +297,7 @@ def _copies(n: int, facet: Index, neighbour: Index, agree: Mask) -> Index:
     columns = np.concatenate(
         [np.where(agree, neighbour, neighbour + n), np.where(agree, neighbour + n, neighbour)]
     )
-    graph = scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, columns)), (2 * n, 2 * n))
-    return np.asarray(scipy.sparse.csgraph.connected_components(graph)[1])
+    return linked(np.stack([rows, columns]), 2 * n)
 
 
 def _reversed(cells: Index) -> Index:
@@ -314,8 +313,7 @@ def _components(facets: Index) -> Index:
     corners = np.where(facets >= 0, facets, facets[:, :1])
     n, k = len(facets), int(facets.max()) + 1
     rows = np.repeat(np.arange(n), 4)
-    graph = scipy.sparse.coo_matrix((np.ones(4 * n), (rows, n + corners.ravel())), (n + k, n + k))
-    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][:n]
+    label = linked(np.stack([rows, n + corners.ravel()]), n + k)[:n]
     return np.asarray(np.unique(label, return_inverse=True)[1])
 
 

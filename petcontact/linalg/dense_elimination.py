@@ -6,9 +6,8 @@ import copy
 from typing import Self
 
 import numpy as np
-import scipy
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, linked
 from ..errors import SolverError
 from ..record import record
 from ..untyped import Comm
@@ -158,8 +157,7 @@ def _groups(
         columns += [contact[j] for j in np.flatnonzero(unknown[kept] == kind)]
         # most often the first entries say so
         coupled[kind] = [any(column[at].any() for column in columns) for at in places]
-    graph = scipy.sparse.csr_array(summed(coupled, comm))
-    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
+    return linked(np.array(np.nonzero(summed(coupled, comm))), count)
 
 
 def _factors(matrix: Array, last: Index, comm: Comm) -> LinearSolver:

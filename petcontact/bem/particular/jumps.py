@@ -12,9 +12,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index, Mask, linked
 from ...given.tables.material import Material
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
@@ -179,15 +178,12 @@ def pieces_of(values: Values, mesh: BoundaryMesh, points: Array) -> Pieces | Non
     # across a jump the change stays as large, however near the two points are
     left = bisected(values, x[pairs[:, jumps].T])[1]
     jumps[jumps] = left > 0.5 * change[jumps]
-    joined = (np.ones(np.count_nonzero(~jumps)), pairs[:, ~jumps])
-    graph = scipy.sparse.coo_array(joined, shape=(len(x), len(x)))
-    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
+    label = linked(pairs[:, ~jumps], len(x))
     whole = Pieces(values, axes, label.reshape(LINES, LINES))
     counts = np.bincount(whole.alone(points), minlength=label.max() + 1)
     if not np.count_nonzero(counts) > 1 or counts[counts > 0].min() < FEWEST:
         return None
-    names = np.full(len(counts), -1)
-    names[counts > 0] = np.arange(np.count_nonzero(counts))
+    names = np.where(counts > 0, np.cumsum(counts > 0) - 1, -1)
     return Pieces(values, axes, names[whole.label])
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, connected
 from ...fields.boundary.places import all_at
 from ...geometry.charts import Chart, chart_of
 from ...given.conditions import Displacement, Symmetry
@@ -58,9 +58,10 @@ class Bands(Keeping):
 
     def __init__(self, posed: Posed) -> None:
         self._posed, self._boundaries = posed, posed.boundaries
+        together = connected({k: side.ends for k, side in enumerate(posed.interfaces)})
         self._groups = [
             group
-            for group in _connected(posed.interfaces, lambda side: {*side.ends})
+            for group in ([posed.interfaces[k] for k in numbers] for numbers in together)
             if all(side.law.normal == "unilateral" for side in group)
         ]
         self._sides = [side for group in self._groups for side in group]
@@ -84,7 +85,8 @@ class Bands(Keeping):
     ) -> Made:
         """Return meshes with bands that follow a solution, with more lines than before, or none."""
         steps, forces = step_ends(solution.steps or solution.tried), dict[str, float]()
-        for group in _connected(self._sides, lambda side: self._shared(side, meshes)):
+        shared = {k: self._shared(side, meshes) for k, side in enumerate(self._sides)}
+        for group in ([self._sides[k] for k in numbers] for numbers in connected(shared)):
             for side in group:
                 pairs = [step.pairs[side.name] for step in steps]
                 forces[side.name] = max(float(pair.weight @ pair.pressure) for pair in pairs)
@@ -326,19 +328,6 @@ class Bands(Keeping):
         """Return the charts of the faces of a contact that have any."""
         found = (chart_of(self._boundaries[b], part, middle) for b, part in side.ends)
         return [chart for chart in found if chart is not None]
-
-
-def _connected(
-    sides: Sequence[PosedInterface], shared: Callable[[PosedInterface], set[Hashable]]
-) -> list[list[PosedInterface]]:
-    """Return groups of interfaces that share nothing with others."""
-    groups, keys = list[list[PosedInterface]](), {side.name: shared(side) for side in sides}
-    for side in sides:
-        shares = [any(keys[side.name] & keys[each.name] for each in group) for group in groups]
-        own = [other for group, near in zip(groups, shares, strict=True) if near for other in group]
-        apart = [group for group, near in zip(groups, shares, strict=True) if not near]
-        groups = [*apart, [*own, side]]
-    return groups
 
 
 def _overlap(shape: _Shape, pair: PairResult) -> float:

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask, smallest_by
+from ...arrays import Array, Index, Mask, linked, smallest_by
 from ...geometry.quadratic import on_side
 from ...geometry.surface import Boundary
 from ...mesh.surface_mesh import SurfaceMesh
@@ -173,8 +173,7 @@ def numbered(points: Array) -> Index:
     pairs = scipy.spatial.cKDTree(points).query_pairs(
         WRITTEN * float(np.ptp(points, axis=0).max()), output_type="ndarray"
     )
-    graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
+    return linked(pairs.T, len(points))
 
 
 class _Sides:
