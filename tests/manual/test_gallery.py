@@ -6,10 +6,13 @@ import importlib.machinery
 import importlib.util
 import json
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 
+from petcontact import load
+from petcontact.commands.options import overrides
 from petcontact.reference import persson
 
 ROOT = Path(__file__).parents[2]
@@ -37,6 +40,12 @@ def test_every_problem_stands_in_the_chapter_with_a_picture_and_a_few_sentences(
         assert (GALLERY.PICTURES / picture).stat().st_size < 200_000
         prose = re.split(r"\n## ", entry)[0].partition(".png)")[2]
         assert 2 <= len(re.findall(r"[.:*](?:\s|$)", prose)) <= 12, entry
+
+
+def test_every_problem_names_one_thing_to_change():
+    for path in GALLERY.configs().values():
+        (change,) = re.findall(r"^# One thing to change: --set (.+)$", path.read_text(), re.M)
+        assert load(path, overrides(shlex.split(change))).toml() != load(path).toml()
 
 
 def largest(name):
