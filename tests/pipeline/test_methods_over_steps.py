@@ -191,6 +191,41 @@ def test_a_run_ends_where_the_law_holds_in_each_group():
     assert found.converged and found.last.residuals["tangential"] < 1e-3
 
 
+@pytest.mark.parametrize("driven", [{"displacement": [0.0, -0.02]}, {"force": [0.0, -20.0]}])
+def test_a_fixed_rho_is_that_of_every_step_and_its_slow_steps_come_near(driven):
+    """Newton steps to the equilibrium of a free roller gave the next step a ρ of their own; a change
+    of 1e-6 at a rate near 1 was 1e-4 away from the end."""
+    roller = {"name": "roller", "shape": "circle", "centre": [0.0, 2.0], "radius": 2.0}
+    roller |= {"displacement": [0.0, "free"], "rotation": 0.0} | driven
+    aside = [0.01, roller["displacement"][1]]
+    table = {
+        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
+        "geometry": FLAT | {"lower_left": [-3.0, -3.0], "upper_right": [3.0, 0.0]},
+        "mesh": {"element_size": 0.5, "order": 1},
+        "boundary": [
+            {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
+            {"part": "left", "condition": "traction", "value": [0.0, 0.0]},
+            {"part": "right", "condition": "traction", "value": [0.0, 0.0]},
+        ],
+        "obstacle": [roller],
+        "contact": [
+            {"name": "c", "secondary": "top", "primary": "roller", "friction_coefficient": 0.3}
+        ],
+        "step": [
+            {"increments": 1},
+            {"increments": 1, "obstacle": [{"name": "roller", "displacement": aside}]},
+        ],
+    }
+    fixed = {"name": "projection", "rule": "fixed", "rho": 8000.0}
+    newton, found = (
+        solve(parse(Problem, table | {"method": method}, "test")) for method in (NEWTON, fixed)
+    )
+    assert [step.history.rho[0] for step in found.steps] == [8000.0, 8000.0]
+    for own, other in zip(newton.steps, found.steps, strict=True):
+        q, p = own.pairs["c"].sigma_t, own.pairs["c"].pressure
+        assert other.pairs["c"].sigma_t == pytest.approx(q, abs=1e-5 * p.max())
+
+
 @pytest.mark.parametrize("rule", ["modified", "self-adaptive"])
 def test_a_body_that_rests_on_two_nodes(rule):
     """ρ of smooth tractions is 500 times less than that of forces on two nodes. The rule went beyond it,

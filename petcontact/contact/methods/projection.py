@@ -10,11 +10,12 @@ from ...arrays import Array
 from ...errors import SolverError
 from ...given.tables.solver_options import Method
 from ...record import record
+from ...round_off import SOLVED, TINY
 from ...runtime.ranks import answered
 from ..criterion import smooth_balance
 from ..iteration import Iteration, Recorder
 from ..law_protocol import ContactLaw, bound_excess, law_residual
-from ..rho_rules import Rule, begun, make_rule
+from ..rho_rules import Fixed, Rule, begun, make_rule
 from ..state import ContactState, Start
 from ..system import ContactSystem
 from .free_motions import in_equilibrium, lies_free
@@ -37,8 +38,8 @@ class Projection:
         with `update(rho, balance)`. Each run begins with a copy of it.
     rho : float, optional
         ρ_0 > 0 of the first run [stress/length]. Other runs begin with `smooth_balance`, but for
-        rules that have left ρ_0 as it is. An iterate near the solution moves little at a ρ far off,
-        and would pass for converged.
+        rules that have left ρ_0 as it is, whose runs go on where others stall. An iterate near the
+        solution moves little at a ρ far off, and would pass for converged.
     omega : float
         ω in (0, 2) [-].
     """
@@ -96,12 +97,13 @@ class Projection:
             state, change, balance = self._step(recorder, (state.v, state.sigma), rho, whole=whole)
             if state.stopped:
                 return state
+            moved = recorder.history.change[begin:]
+            if isinstance(self.rule, Fixed):  # others leave ρ only where it is balanced
+                change = _with_rest(moved)
             if (end := _settled(recorder, state, change)) is not None:
                 return end
             rho = self._updated(rules, law, rho, balance, len(recorder.history))  # (4.2), (4.3)
-            if _stalled(recorder.history.change[begin:]) and (
-                change == 0.0 or np.any(rho != first)
-            ):
+            if _stalled(moved) and (moved[-1] == 0.0 or np.any(rho != self.rho)):
                 return state
         return _unfinished(recorder, state)
 
@@ -174,6 +176,16 @@ def _unfinished(recorder: Recorder, state: ContactState) -> ContactState:
         f"{iteration.criterion.tolerance:g}"
     )
     return state
+
+
+def _with_rest(changes: list[float]) -> float:
+    """Return what is still to come after steps at one ρ, or their last change if that is more.
+
+    They contract at one rate r, which the last two changes show, so that r/(1 - r) of the last one
+    is to come (Banach). Changes by round-off show no rate.
+    """
+    before, last = [*changes[:1], *changes][-2:]  # the first one shows no rate
+    return last if last <= SOLVED else last * max(1.0, last / max(before - last, TINY))
 
 
 def _stalled(changes: list[float]) -> bool:

@@ -36,7 +36,7 @@ def settled(
     state = SemismoothNewton(predict=False)(
         system, law, replace(iteration, max_iterations=limit, start=(v, sigma))
     )
-    steps, state.history = state.history, recorder.history
+    steps, state.history, state.rho = state.history, recorder.history, rho
     recorder.history.extend(steps)
     state.reason = f"{reason}; Newton steps to equilibrium: {state.reason}"
     return state
