@@ -265,9 +265,6 @@ def unused_options() -> list[str]:
 
 def _used(name: str) -> bool:
     """Whether an object has asked for an option."""
-    database = petsc().Options()
-    if hasattr(database, "used"):
-        return bool(database.used(name))
     # petsc4py before 3.20 has no such call
     answer = ctypes.c_int(0)
     petsc_library().PetscOptionsUsed(None, name.encode(), ctypes.byref(answer))

@@ -113,9 +113,9 @@ POINTS = "a table of --points is of these points alone"
         ("--window 8 8 9 9 --step 1", "--window: nothing of the body lies in it"),
         ("--window 0 0 0 1 1 1", "--window: the body has 2 dimensions: 4 numbers are needed"),
         ("--quantity von_mise --figure f.png", "no 'von_mise', did you mean 'von_mises'?"),
-        ("--points none.csv --body upper", "none.csv: No such file"),
+        ("--points none.csv --body upper", "none.csv: cannot be read (No such file"),
         ("--points points.csv", "--body must name one body; there are lower, upper"),
-        ("--points points.csv --body upper", "line 2: 2 coordinates are needed, got '1'"),
+        ("--points points.csv --body upper", "line 2 of points.csv has 1 columns, those before have 2"),
         ("--points points.csv -o o.vtu", "o.vtu: a table is written as .csv"),
     ],
 )

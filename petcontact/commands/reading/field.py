@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -271,28 +270,22 @@ def points_table(source: str, output: Path, solution: Solution, bodies: list[str
 
 
 def read_points(path: str, dim: int) -> Array:
-    """Points (n, dim) of a CSV file; a first line of names is passed over, and so are columns after
-    the coordinates."""
-    try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"--points {path}: {error.strerror if isinstance(error, OSError) else 'not text'}"
-        ) from None
-    points = []
-    for number, line in enumerate(lines, 1):
-        words = line.replace(",", " ").replace(";", " ").split()
-        values = [real(word) for word in words[:dim]]
-        if not words or (number == 1 and not any(map(math.isfinite, values))):
-            continue
-        if len(values) < dim or not all(map(math.isfinite, values)):
-            raise InputError(
-                f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}"
-            )
-        points.append(values)
-    if not points:
-        raise InputError(f"{path}: there are no points in it")
-    return np.array(points)
+    """Read the points (n, d) of a file of columns; further columns are not read.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a line is no point.
+    """
+    from ...given.tables.base import regular_file
+    from ...given.tables.points import rows_of
+    from ...model.shapes.files import LARGEST_MESH
+
+    rows = rows_of(regular_file(path, LARGEST_MESH))
+    points = np.array([row[:dim] for row in rows])
+    if points.shape[1:] != (dim,) or not np.isfinite(points).all():
+        raise InputError(f"{path}: {dim} coordinates are needed in a line, and one line at least")
+    return points
 
 
 def window(words: list[str]) -> Window:

@@ -27,7 +27,7 @@ FEWEST = 4
 def _read(value: object) -> tuple[tuple[float, ...], ...]:
     """The rows of a file of columns, or of an array."""
     if isinstance(value, (str, Path)):
-        return tuple(_rows_of(regular_file(value, LARGEST_FILE)))
+        return tuple(rows_of(regular_file(value, LARGEST_FILE)))
     try:
         rows = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -37,7 +37,7 @@ def _read(value: object) -> tuple[tuple[float, ...], ...]:
     return tuple(map(tuple, rows.tolist()))
 
 
-def _rows_of(path: Path) -> list[tuple[float, ...]]:
+def rows_of(path: Path) -> list[tuple[float, ...]]:
     """The rows of a file, below lines of names and units, in which nothing begins as a number.
 
     The last line shows what is between columns. Beside semicolons or tabs a comma is a decimal
