@@ -60,6 +60,22 @@ def test_a_hot_hub_that_only_contact_holds_is_the_one_without_torsion():
     assert pairs[1].sigma_t[:, :1] == pytest.approx(pairs[0].sigma_t, abs=1e-8)
 
 
+def test_a_force_inside_a_hub_that_only_contact_holds_is_a_torque_of_its_arm():
+    """The contact carries the force along the axis, and round it F r."""
+    hub = ring(1.0, 2.0, 2.0) | {"point_force": [{"at": [1.6, 1.0], "force": [0.0, 0.02, 0.05]}]}
+    pushed = problem(
+        symmetry="axial",
+        body=[
+            {"name": "shaft", **ring(0.0, 1.0, 2.0, moved("bottom", [0.0, 0.0, 0.0]))},
+            {"name": "hub", **hub},
+        ],
+        contact=[touching("fit", "hub.left", "shaft.right", gap=-1e-2, friction_coefficient=0.5)],
+    )
+    pair = solve(pushed).pairs["fit"]
+    assert pair.force[1] == pytest.approx(-0.02, rel=1e-6)
+    assert pair.moment == pytest.approx(-0.05 * 1.6, rel=1e-6)
+
+
 def test_one_bound_for_both_directions():
     """A hub that is pulled and turned: the shear has the size µ p, against the slip."""
     ends = moved("bottom", ["free", 0.0, 0.0]), moved("top", ["free", 0.0, "free"])

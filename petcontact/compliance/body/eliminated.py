@@ -239,5 +239,5 @@ def _modes_at(mesh: BoundaryMesh, modes: Array, point: Array) -> Array:
     affine = np.column_stack([np.ones(mesh.n_nodes), mesh.x])
     coefficients = np.linalg.lstsq(affine, modes.reshape(mesh.n_nodes, -1), rcond=None)[0]
     return np.asarray(np.column_stack([np.ones(len(point)), point]) @ coefficients).reshape(
-        *point.shape, -1
+        len(point), *modes.shape[1:]
     )
