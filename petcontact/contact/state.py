@@ -61,6 +61,11 @@ class History:
             getattr(self, name).extend(getattr(later, name))
         self.exchanged = later.exchanged
 
+    def left(self, tolerance: float) -> float:
+        """Return the share of the largest number that a run leaves as its error, at the tolerance
+        of changes [-]; steps of Newton's method leave round-off only."""
+        return 0.0 if self.exchanged or not self.rho else tolerance
+
     def __len__(self) -> int:
         return len(self.rho)
 

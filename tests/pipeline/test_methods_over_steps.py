@@ -191,13 +191,10 @@ def test_a_run_ends_where_the_law_holds_in_each_group():
     assert found.converged and found.last.residuals["tangential"] < 1e-3
 
 
-@pytest.mark.parametrize("driven", [{"displacement": [0.0, -0.02]}, {"force": [0.0, -20.0]}])
-def test_a_fixed_rho_is_that_of_every_step_and_its_slow_steps_come_near(driven):
-    """Newton steps to the equilibrium of a free roller gave the next step a ρ of their own; a change
-    of 1e-6 at a rate near 1 was 1e-4 away from the end."""
+def rolled(method, second, **driven):
+    """A roller is pressed into a block, then moved to another displacement."""
     roller = {"name": "roller", "shape": "circle", "centre": [0.0, 2.0], "radius": 2.0}
     roller |= {"displacement": [0.0, "free"], "rotation": 0.0} | driven
-    aside = [0.01, roller["displacement"][1]]
     table = {
         "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
         "geometry": FLAT | {"lower_left": [-3.0, -3.0], "upper_right": [3.0, 0.0]},
@@ -213,17 +210,32 @@ def test_a_fixed_rho_is_that_of_every_step_and_its_slow_steps_come_near(driven):
         ],
         "step": [
             {"increments": 1},
-            {"increments": 1, "obstacle": [{"name": "roller", "displacement": aside}]},
+            {"increments": 1, "obstacle": [{"name": "roller", "displacement": second}]},
         ],
     }
+    return solve(parse(Problem, table | {"method": method}, "test"))
+
+
+@pytest.mark.parametrize("driven", [{"displacement": [0.0, -0.02]}, {"force": [0.0, -20.0]}])
+def test_a_fixed_rho_is_that_of_every_step_and_its_slow_steps_come_near(driven):
+    """Newton steps to the equilibrium of a free roller gave the next step a ρ of their own; a change
+    of 1e-6 at a rate near 1 was 1e-4 away from the end."""
+    aside = [0.01, driven.get("displacement", ["", "free"])[1]]
     fixed = {"name": "projection", "rule": "fixed", "rho": 8000.0}
-    newton, found = (
-        solve(parse(Problem, table | {"method": method}, "test")) for method in (NEWTON, fixed)
-    )
+    newton, found = (rolled(method, aside, **driven) for method in (NEWTON, fixed))
     assert [step.history.rho[0] for step in found.steps] == [8000.0, 8000.0]
     for own, other in zip(newton.steps, found.steps, strict=True):
         q, p = own.pairs["c"].sigma_t, own.pairs["c"].pressure
         assert other.pairs["c"].sigma_t == pytest.approx(q, abs=1e-5 * p.max())
+
+
+@pytest.mark.parametrize("method", [NEWTON, *METHODS], ids=str)
+def test_a_step_that_moves_nothing_keeps_all_states_and_is_told(method):
+    """Newton's method leaves round-off of it, others the tolerance of a change."""
+    solution = rolled(method, [0.0, "hold"], force=[0.0, -20.0])
+    first, second = (step.pairs["c"].state.tolist() for step in solution.steps)
+    assert first == second and 1 in first
+    assert any("it moves no body" in warning for warning in solution.warnings)
 
 
 @pytest.mark.parametrize("rule", ["modified", "self-adaptive"])

@@ -23,6 +23,7 @@ from ...results.strength.corners import corners_of
 from ...round_off import SINGLE, SOLVED
 from ..pose.discretise import Discrete
 from .findings import limit_of, new_finding
+from .increments import BLOCKS
 from .thickness import SHARE
 
 
@@ -33,7 +34,7 @@ def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
         *_frictions(discrete),
         *_planes(discrete),
         *_gaps(discrete),
-        *_empty(step_ends(solution.steps)),
+        *_empty(step_ends(solution.steps), discrete.posed.method.tolerance),
         *_cut_off(discrete, step_ends(solution.steps)),
     ]
 
@@ -137,17 +138,17 @@ def _gaps(discrete: Discrete) -> Iterator[Finding]:
             )
 
 
-def _empty(steps: Sequence[StepResult]) -> list[Finding]:
+def _empty(steps: Sequence[StepResult], tolerance: float) -> list[Finding]:
     """Find steps before the last one at whose end no contact transmits pressure, and those that
-    leave all bodies where they are."""
-    idle = [
-        step
-        for before, step in itertools.pairwise(steps)
+    leave all bodies where they are, to what the method leaves at its tolerance."""
+    idle = []
+    for before, step in itertools.pairwise(steps):
+        least = max(SOLVED, *(BLOCKS * each.history.left(tolerance) for each in (before, step)))
         if all(
-            np.abs(body.u - before.bodies[name].u).max() <= SOLVED * np.abs(body.u).max()
+            np.abs(body.u - before.bodies[name].u).max() <= least * np.abs(body.u).max()
             for name, body in step.bodies.items()
-        )
-    ]
+        ):
+            idle.append(step)
     unpressed = [
         step
         for step in steps[:-1]

@@ -244,7 +244,11 @@ class Increment:
                 before.states,
                 before.sigma,
                 before.slip,
-                max([WRITTEN, *(BLOCKS * body.tolerance for body in system.bodies)]),
+                max(
+                    WRITTEN,
+                    BLOCKS * outcome.history.left(self.problem.discrete.posed.method.tolerance),
+                    *(BLOCKS * body.tolerance for body in system.bodies),
+                ),
             ),
             trend,
             float(np.max(outcome.rho)),
