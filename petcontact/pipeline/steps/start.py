@@ -264,15 +264,15 @@ def carried_over(problem: PreparedProblem, old: StepResult) -> Start:
 
 
 def _read(file: str, name: str) -> Solution:
-    if Path(file).is_file():
+    if not Path(file).is_file() and Path(file).suffix != ".h5":
+        raise InputError(
+            f'method.start: {name!r} is neither "zero", "frictionless" nor a result file (FILE.h5, '
+            "FILE.h5:3 for 3 increments)"
+        )
+    try:
         return read_result(file)
-    if Path(file).suffix == ".h5":
-        raise InputError(f"method.start: there is no file {file!r}")
-    raise InputError(
-        f'method.start: {name!r} is neither "zero", "frictionless" nor a result file (FILE.h5, '
-        f"FILE.h5:3 "
-        "for 3 increments)"
-    )
+    except InputError as error:
+        raise InputError(f"method.start: {error}") from None
 
 
 @functools.singledispatch

@@ -80,7 +80,8 @@ def test_frictionless_start_and_start_from_a_result_file(tmp_path):
     assert again.converged and again.iterations < first.iterations / 2
     assert finer.converged
     for start, said in (
-        ("nowhere.h5", "there is no file 'nowhere.h5'"),
+        ("nowhere.h5", "method.start: nowhere.h5: no such file"),
+        (__file__, f"method.start: {__file__}: not a whole HDF5 file"),
         ("nowhere", "neither"),
         (f"{tmp_path}/first.h5:1", r"a problem without \[\[step\]\] starts from all of a file"),
     ):
