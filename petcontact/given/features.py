@@ -133,8 +133,7 @@ def kinks(
     change = np.abs(np.diff(np.diff(sampled) / np.diff(samples)))
     far = float(SUMMED * max(1.0, far))
     width = samples[2:] - samples[:-2]
-    size = float(np.abs(sampled).max(initial=0.0)) * far
-    size = max(size, NOISE * _noise(values, samples))
+    size = max(far * float(np.abs(sampled).max(initial=0.0)), NOISE * _noise(values, samples))
     chosen = _candidates(change, width, size)
     if not 0 < len(chosen) <= MOST_FEATURES:
         return np.empty(0), np.empty(0)
@@ -260,10 +259,6 @@ def _is_whole(node: ast.expr) -> bool:
     return isinstance(value, (int, float)) and value >= 0 and value % 1 == 0
 
 
-def _values(node: ast.expr, way: Way, fractions: Array) -> Array:
-    return plain_value(node, way(fractions).names, len(fractions))
-
-
 def uniform() -> Array:
     """Return one sample in each of equal intervals, at different positions in them.
 
@@ -298,8 +293,8 @@ def _zeros(node: ast.expr, way: Way, fractions: Array, values: Array) -> Array:
         return fractions[edges]  # rough everywhere: the samples show that
 
     def same(points: Array) -> Mask:
-        found = _values(node, way, points.ravel()).reshape(points.shape)
-        return np.asarray(np.sign(found) == below)
+        found = plain_value(node, way(points.ravel()).names, points.size)
+        return np.asarray(np.sign(found.reshape(points.shape)) == below)
 
     return np.concatenate([fractions[edges], _changes(same, low, high)])
 

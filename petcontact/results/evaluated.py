@@ -173,8 +173,10 @@ class Evaluated(Keeping, Hinted):
                 if hasattr(given[side.body].geometry, "file")  # which need not be here
                 else self.posed.outline_of(side.body),
                 side.part,
-                side.law.gap if bodies[side.body].has_inside else None,
+                side.law.gap,
             )
+            if side.law.gap is not None and bodies[side.body].has_inside
+            else []
             for side in self.posed.interfaces
             if side.law.normal == "unilateral"
         }

@@ -232,19 +232,19 @@ def _write_step(
         **{f"residual_{key}": value for key, value in step.residuals.items()},
     }
     # what was not computed is not there
-    finite = {key: value for key, value in facts.items() if value is not None and value == value}
-    place.attrs.update(finite)
+    place.attrs.update(
+        {key: value for key, value in facts.items() if value is not None and value == value}
+    )
     place["alpha"] = step.alpha
     for name, pair in step.pairs.items():
         folder = _ordered(place, f"contact/{name}")
-        changed = _values(pair, (*MOVING, *ERRORS, *MAY_BE))
-        _put(folder, still(f"pairs/{name}", STILL) | changed)
+        _put(folder, still(f"pairs/{name}", STILL) | _values(pair, (*MOVING, *ERRORS, *MAY_BE)))
         worn = ("worn_volume", "worn_depth") if pair.wear is not None else ()
         _put(folder.attrs, _values(pair, (*RESULTANTS, "area", "imbalance", *worn)))
     _write_joined(place, solution, step)
     for name, body in step.bodies.items():
-        inside = solution.body_fields(name, step).known
-        stress = solution.stress_on_boundary(name, step) if inside else None
+        known = solution.body_fields(name, step).known
+        stress = solution.stress_on_boundary(name, step) if known else None
         fields = {"u": body.u, "traction": body.traction, "stress": stress}
         _put(_ordered(place, f"body/{name}"), still(f"bodies/{name}", OF_BODIES) | fields)
     for name, obstacle in step.obstacles.items():
@@ -389,9 +389,9 @@ def _read_problem(config: str, sides: Container[str], source: str) -> Problem:
     They were found on outlines, whose own files need not be where a result is read.
     """
     problem: Problem = parse(Problem, tomllib.loads(config), source)
-    interfaces = posed_interfaces(problem)
-    met = tuple(side for side in interfaces if side.name in sides or not side.contact)
-    vars(problem)["interfaces"] = met
+    vars(problem)["interfaces"] = tuple(
+        side for side in posed_interfaces(problem) if side.name in sides or not side.contact
+    )
     return problem
 
 

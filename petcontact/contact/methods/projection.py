@@ -162,8 +162,13 @@ def _settled(recorder: Recorder, state: ContactState, change: float) -> ContactS
         relative = recorder.missed(state.v, state.sigma)
     if not criterion.met(change, relative):
         return None
-    reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
-    return settled(recorder, state.v, state.sigma, state.rho, reason)
+    return settled(
+        recorder,
+        state.v,
+        state.sigma,
+        state.rho,
+        f"change {change:.1e}, relative friction residual {relative:.1e}",
+    )
 
 
 def _unfinished(recorder: Recorder, state: ContactState) -> ContactState:

@@ -148,8 +148,9 @@ class PanelCuts:
         it."""
         boundaries = self._posed.boundaries
         return [
-            (boundaries[side.body], gap_edges(boundaries[side.body], side.part, side.law.gap))
+            (shape, [] if (gap := side.law.gap) is None else gap_edges(shape, side.part, gap))
             for side in self._sides
+            for shape in (boundaries[side.body],)
         ]
 
     def at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:

@@ -141,14 +141,15 @@ def _gaps(discrete: Discrete) -> Iterator[Finding]:
 def _empty(steps: Sequence[StepResult], tolerance: float) -> list[Finding]:
     """Find steps before the last one at whose end no contact transmits pressure, and those that
     leave all bodies where they are, to what the method leaves at its tolerance."""
-    idle = []
-    for before, step in itertools.pairwise(steps):
-        least = max(SOLVED, *(BLOCKS * each.history.left(tolerance) for each in (before, step)))
+    idle = [
+        step
+        for before, step in itertools.pairwise(steps)
         if all(
-            np.abs(body.u - before.bodies[name].u).max() <= least * np.abs(body.u).max()
+            np.abs(body.u - before.bodies[name].u).max()
+            <= max(SOLVED, BLOCKS * step.history.left(tolerance)) * np.abs(body.u).max()
             for name, body in step.bodies.items()
-        ):
-            idle.append(step)
+        )
+    ]
     unpressed = [
         step
         for step in steps[:-1]

@@ -88,7 +88,7 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
 
 
 @functools.singledispatch
-def gap_edges(boundary: Boundary | BoundaryMesh, part: str, gap: Given | None) -> list[Array]:
+def gap_edges(boundary: Boundary | BoundaryMesh, part: str, gap: Given) -> list[Array]:
     """Return the points (k, d) of each edge that presses on a part [length].
 
     What comes as a mesh may be given as the mesh: a result holds it, not the file of its outline.
@@ -101,10 +101,8 @@ def gap_edges(boundary: Boundary | BoundaryMesh, part: str, gap: Given | None) -
 
 
 @gap_edges.register
-def _(boundary: Outline, part: str, gap: Given | None) -> list[Array]:
+def _(boundary: Outline, part: str, gap: Given) -> list[Array]:
     points: list[Array] = []
-    if gap is None:
-        return points
     for number, line in enumerate(lines_of(boundary)):
         if line.side.part == part:
             bent, jumps = line.switches(gap)
@@ -120,24 +118,24 @@ def _(boundary: Outline, part: str, gap: Given | None) -> list[Array]:
 
 
 @gap_edges.register
-def _(mesh: CurveMesh, part: str, gap: Given | None) -> list[Array]:
-    if gap is None:
-        return []
-    names, loops = mesh.part_names, list[tuple[Side, ...]]()
-    for loop in mesh.loops():
-        sides = [
+def _(mesh: CurveMesh, part: str, gap: Given) -> list[Array]:
+    names = mesh.part_names
+    loops = [
+        tuple(
             Side(mesh.start[k], mesh.end[k], names[mesh.part[k]], float(mesh.curvature[k]))
             for k in loop
-        ]
-        along_axis = Side(sides[-1].end, sides[0].start, "")
-        loops.append((*sides, along_axis) if along_axis.length else tuple(sides))
-    outline = Outline(tuple(loops)).joined
+        )
+        for loop in mesh.loops()
+    ]
+    # those of bodies of revolution are closed along the axis
+    ends = [(loop, Side(loop[-1].end, loop[0].start, "")) for loop in loops]
+    outline = Outline(tuple((*loop, last) if last.length else loop for loop, last in ends)).joined
     return gap_edges(meridian(outline) if isinstance(mesh, RingMesh) else outline, part, gap)
 
 
 @gap_edges.register
-def _(box: BoxSurface, part: str, gap: Given | None) -> list[Array]:
-    if gap is None or not gap.everywhere or math.isfinite(gap.degree):
+def _(box: BoxSurface, part: str, gap: Given) -> list[Array]:
+    if not gap.everywhere or math.isfinite(gap.degree):
         return []
     # they are closer than half of the strip beside an edge in which errors fade out
     along = math.ceil(2.0 / FADE)
@@ -184,8 +182,7 @@ def _across(datum: Given, box: BoxSurface, part: str, axis: int) -> Array:
         for share in 0.618 * np.arange(1.0, 8.0) % 1.0
     ]
     ends = np.sort(np.concatenate([fractions for fractions, _ in found]))
-    twice = ends[1:][np.diff(ends) < TOLERANCE]
-    lines = distinct(twice, TOLERANCE, 1.0)
+    lines = distinct(ends[1:][np.diff(ends) < TOLERANCE], TOLERANCE, 1.0)
     lines = lines[(lines > 0.0) & (lines < 1.0)]
     return lines if len(lines) <= MOST_LINES else np.empty(0)
 
