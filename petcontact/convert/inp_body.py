@@ -237,8 +237,9 @@ class InpBody:
         volume_loads = next((loads[number] for number in self.elements if number in loads), {})
         left_out = {"C3D": (), "CAX": ("centre", "axis")}.get(self.kind, ("axis",))
         if any(loads.get(number, {}) != volume_loads for number in self.elements):
-            text = f"*DLOAD of {self.name}: not the same in all elements; that of one is taken"
-            self.reader.notes += [text] * (text not in self.reader.notes)
+            self.reader.notes.append(
+                f"*DLOAD of {self.name}: not the same in all elements; that of one is taken"
+            )
         force = [volume_loads.get(f"force_{x}", 0.0) for x in "xyz"[: self.dim]]
         taken = ({"force": force} if any(force) else {}) | {
             key: value[: self.dim] if isinstance(value, list) else value
@@ -262,16 +263,15 @@ class InpBody:
             rise -= [reader.initial.get(n, 0.0) for n in nodes]
             terms = np.linalg.lstsq(at, rise, rcond=None)[0]
             if given and np.abs(at @ terms - rise).max() > SINGLE * np.abs(rise).max():
-                text = f"*TEMPERATURE of {self.name}: neither uniform nor linear; not taken"
-                reader.notes += [text] * (text not in reader.notes)
+                reader.notes.append(
+                    f"*TEMPERATURE of {self.name}: neither uniform nor linear; not taken"
+                )
                 terms *= 0.0
             if rise.any() and "thermal_expansion" not in self._material:
-                text = f"*TEMPERATURE of {self.name}: no *EXPANSION; not taken"
-                reader.notes += [text] * (text not in reader.notes)
+                reader.notes.append(f"*TEMPERATURE of {self.name}: no *EXPANSION; not taken")
                 terms *= 0.0
             terms[np.abs(terms) <= SINGLE * np.abs(rise).max(initial=0.0)] = 0.0
-            slopes = [f" {s:+.12g}*{x}" for s, x in zip(terms[1:], "xyz", strict=False) if s]
-            rises.append(f"{terms[0]:.12g}{''.join(slopes)}" if slopes else float(terms[0]))
+            rises += written(terms[:, None])
         return rises
 
     def forces(self, step: int) -> list[Keyed]:

@@ -78,7 +78,7 @@ def convert_inp(path: str | Path, name: str) -> Converted:
         "step": list(_steps(reader, bodies, pairs)),
     }
     lost = [*_uncovered(reader, bodies), *_unused(reader, bodies), *_lost_forces(reader, bodies)]
-    notes = [*reader.notes, *lost]
+    notes = list(dict.fromkeys([*reader.notes, *lost]))  # bodies and steps may say the same
     text = tomli_w.dumps({key: value for key, value in data.items() if value})
     return Converted(
         f"#:schema petcontact.schema.json\n# From {Path(path).name}.\n{_head(notes)}{text}",

@@ -35,9 +35,6 @@ LEAST = 0.35
 wedges."""
 TURN = 0.25 * math.pi
 """Largest angle between opposite sides of a panel on a curved face [rad], as of first meshes."""
-BENT = WIDER - 1.0
-"""Largest distance of a panel from the arc that it follows, over its width [-]: an edge of contact
-that is so far away is as good as the right one."""
 LEVELS = 4
 """Numbers of lines between the ridge and the edge of a band, from 0."""
 
@@ -60,7 +57,7 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
     """
     charts, bands, levels = zip(*laid, strict=True)
     own = zip(tiles(charts, bands), bands, levels, strict=False)
-    made = [_piece(*each) for each in own]
+    made = [_laid(*each) for each in own]
     pieces = [piece for piece in made if piece is not None]
     if not pieces or len(pieces) < len(made):
         return None
@@ -78,33 +75,25 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
     )
 
 
-def _piece(chart: Chart, band: ContactBand, level: int) -> Array | None:
-    """Return the points (n, 9, 3) of panels of a chart with a band, NaN for the middles of straight
-    ones."""
-    made = _laid(chart, band, level)
-    if made is None:
-        return None
-    cells = _turned_less(made, chart)
-    points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
-    if chart.flat:
-        points[_straight(cells), 4:] = np.nan
-    return points
-
-
 def _laid(chart: Chart, band: ContactBand, level: int) -> Array | None:
-    """Return the panels (n, 9, 2) of a chart."""
+    """Return the points (n, 9, 3) of panels of a chart with a band, NaN for the middles of straight
+    ones; None if the band does not fit."""
     shares = _across(level)
     s = _along(band, level, chart)
     half = twice_as_fine(band.lines_at(s, LEAST))
     xi, s = twice_as_fine(shares), twice_as_fine(s)
-    points, across = band.at(s)
-    grid = points + (xi[:, None, None] * half[:, None]) * across
+    ridge, across = band.at(s)
+    grid = ridge + (xi[:, None, None] * half[:, None]) * across
     outside = np.any((grid < chart.low - _slack(chart)) | (grid > chart.high + _slack(chart)))
     if outside or not band.straight:
         return None
     width = float((shares[-1] - shares[-2]) * band.widest)
     panels = [cells_of(grid), *_frames(chart, band, grid[::2, ::2], width)]
-    return np.asarray(np.concatenate(panels))
+    cells = _turned_less(np.concatenate(panels), chart)
+    points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
+    if chart.flat:
+        points[_straight(cells), 4:] = np.nan
+    return points
 
 
 def _slack(chart: Chart) -> float:
@@ -156,9 +145,10 @@ def _most_turned(share: Array) -> Array:
     """Return the largest angles between ends of panels that follow their arcs, by the shares of
     their width in their length [rad].
 
-    A parabola through three points of an arc of length L and angle θ is off by 3 L θ³/2048.
+    A parabola through three points of an arc of length L and angle θ is off by 3 L θ³/2048. It may
+    be off by as much of its width as bands are wider than expected (`WIDER`).
     """
-    return np.asarray(np.minimum(TURN, np.cbrt(BENT * 2048.0 / 3.0 * share)) + SINGLE)
+    return np.asarray(np.minimum(TURN, np.cbrt((WIDER - 1.0) * 2048.0 / 3.0 * share)) + SINGLE)
 
 
 def _share(band: ContactBand, piece: tuple[float, float], most: float, bent: bool) -> float | None:

@@ -24,13 +24,11 @@ from ...mesh.curve_mesh import CurveMesh
 from ...mesh.pairs.box_faces import grid_lines, mesh_of_lines
 from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.ring_mesh import RingMesh
+from ...mesh.rough_places import MOST
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE, SOLVED
 from ..known_data import rough_data
 from .tail import FADE
-
-MOST_LINES = 16
-"""Largest number of lines along one axis of a face; data with more lines are rough everywhere."""
 
 
 @functools.singledispatch
@@ -140,7 +138,7 @@ def _(box: BoxSurface, part: str, gap: Given) -> list[Array]:
     # they are closer than half of the strip beside an edge in which errors fade out
     along = math.ceil(2.0 / FADE)
     points = np.vstack([_jumps(gap, box, part, k, along) for k in (0, 1)])
-    return [points] if 0 < len(points) <= MOST_LINES * along else []
+    return [points] if 0 < len(points) <= MOST * along else []
 
 
 def _jumps(gap: Given, box: BoxSurface, part: str, axis: int, count: int) -> Array:
@@ -184,7 +182,7 @@ def _across(datum: Given, box: BoxSurface, part: str, axis: int) -> Array:
     ends = np.sort(np.concatenate([fractions for fractions, _ in found]))
     lines = distinct(ends[1:][np.diff(ends) < TOLERANCE], TOLERANCE, 1.0)
     lines = lines[(lines > 0.0) & (lines < 1.0)]
-    return lines if len(lines) <= MOST_LINES else np.empty(0)
+    return lines if len(lines) <= MOST else np.empty(0)
 
 
 def _sites(box: BoxSurface, part: str, axis: int, share: Array | float, fractions: Array) -> Sites:

@@ -37,10 +37,7 @@ def shown_range(
     """Between which values tractions (m,) of an interface are shown: near those away from corners
     where they have no bound; None where they are shown whole."""
     body, pair = solution.sides[name][0], solution.pairs[name]
-    places = singular_places(solution, solution.last)[body]
-    if not places:
-        return None
-    away = away_from(places, pair.x)
+    away = away_from(singular_places(solution, solution.last)[body], pair.x)
     every = np.array([np.append(curve, 0.0) for curve in curves])
     shown = every[:, np.append(away, True)]
     room = ABOVE * float(np.ptp(shown))

@@ -290,9 +290,7 @@ class Samples(Keeping):
         there."""
         # one top is looked for by several names, and again beside places without a bound
         known = place.tobytes(), step, part
-        if known not in self._near:
-            self._near[known] = self._state_near(place + step * ways, part)
-        state = self._near[known]
+        state = self.once(known, lambda: self._state_near(place + step * ways, part))
         return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
 
     def _state_near(self, points: Array, part: str) -> StressState:
