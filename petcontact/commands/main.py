@@ -14,7 +14,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import NoReturn
+from typing import NoReturn, cast
 
 from .. import __version__
 from ..runtime.failures import guarded
@@ -102,8 +102,7 @@ def _command(arguments: Sequence[str]) -> int:
     name, parsed, theirs = shared(ranks, lambda: _parsed(arguments))
     if name in OF_ALL_RANKS:
         return int(_module(name).run(parsed, theirs))
-    status: int = shared(ranks, lambda: _module(name).run(parsed, theirs))
-    return status
+    return cast(int, shared(ranks, lambda: _module(name).run(parsed, theirs)))
 
 
 def _parsed(arguments: Sequence[str]) -> tuple[str, argparse.Namespace, list[str]]:

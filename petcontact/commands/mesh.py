@@ -53,8 +53,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if not is_cad(arguments.file):
         raise InputError(f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep")
     target = arguments.output and Path(arguments.output)
-    if target:
-        check_output(target, (".msh",), "a mesh is written as .msh", [arguments.file])
+    check_output(target, (".msh",), "a mesh is written as .msh", [arguments.file])
     solid = (
         int(arguments.solid) if arguments.solid and arguments.solid.isdecimal() else arguments.solid
     )

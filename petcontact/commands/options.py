@@ -133,7 +133,7 @@ def check_folder(option: str, path: str | None, instead: Sequence[str] = ()) -> 
 
 
 def check_output(
-    path: str | Path, suffixes: Sequence[str], text: str, inputs: Sequence[str | Path] = ()
+    path: str | Path | None, suffixes: Sequence[str], text: str, inputs: Sequence[str | Path] = ()
 ) -> None:
     """Refuse, before any work is done, a file that is to be written and has the suffix of something
     else, or cannot be written.
@@ -141,6 +141,7 @@ def check_output(
     Parameters
     ----------
     path : str or Path
+        None is not written.
     suffixes : sequence of str
         In small letters.
     text : str
@@ -148,6 +149,7 @@ def check_output(
     inputs : sequence of str or Path
         Files that are read.
     """
-    if Path(path).suffix.lower() not in suffixes:
+    if path and Path(path).suffix.lower() not in suffixes:
         raise InputError(f"{path}: {text}")
-    check_target(Path(path), replace=True, inputs=inputs)
+    if path:
+        check_target(Path(path), replace=True, inputs=inputs)

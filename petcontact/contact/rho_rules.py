@@ -17,7 +17,7 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, cast
 
 from ..errors import InputError
 from ..given.tables.solver_options import DEFAULT_RULE, RULES, Method
@@ -135,8 +135,7 @@ def make_rule(options: Method) -> Rule:
     kind: type[SelfAdaptive] = globals()[RULES[options.rule or DEFAULT_RULE]]
     parameters = ("tau", "max_changes", "change_test")
     taken = [name for name in parameters if name in kind.__dataclass_fields__]
-    rule: Rule = kind(**{name: getattr(options, name) for name in taken})
-    return rule
+    return cast(Rule, kind(**{name: getattr(options, name) for name in taken}))
 
 
 def rule_of(rule: Rule | str | type | None, options: Method) -> Rule | None:

@@ -15,6 +15,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import cast
 
 from .. import __version__, native
 from ..errors import MissingKernelsError, installed_by
@@ -289,8 +290,7 @@ def _probe(part: str) -> Keyed:
     if status or not line:
         reason = err.strip().splitlines()[-1] if err.strip() else "no output"
         return {"errors": {part: f"loading it ends with status {status} ({reason})"}}
-    facts: Keyed = json.loads(line)
-    return facts
+    return cast(Keyed, json.loads(line))
 
 
 def _launch(launcher: str) -> Keyed:

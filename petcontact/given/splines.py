@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 import scipy
@@ -103,10 +104,10 @@ class Spline(Given):
 def _curve(x: Array, y: Array) -> Fit:
     def fit(squares: float) -> Callable[..., Array]:
         if not squares:
-            through: Callable[..., Array] = scipy.interpolate.make_interp_spline(x, y)
-            return through
-        near: Callable[..., Array] = quiet(scipy.interpolate.UnivariateSpline, x, y, s=squares)
-        return near
+            return cast(Callable[..., Array], scipy.interpolate.make_interp_spline(x, y))
+        return cast(
+            Callable[..., Array], quiet(scipy.interpolate.UnivariateSpline, x, y, s=squares)
+        )
 
     return fit
 
@@ -125,10 +126,10 @@ def _surface(key: str, x: Array, y: Array, z: Array) -> Fit:
 
     def fit(squares: float) -> Callable[..., Array]:
         if squares:
-            near: Callable[..., Array] = quiet(
-                scipy.interpolate.SmoothBivariateSpline, x, y, z, s=squares
-            ).ev
-            return near
+            return cast(
+                Callable[..., Array],
+                quiet(scipy.interpolate.SmoothBivariateSpline, x, y, z, s=squares).ev,
+            )
         through = scipy.interpolate.RBFInterpolator(places, z, kernel="quintic", degree=2)
         return lambda u, v: through(np.column_stack([u, v]))
 

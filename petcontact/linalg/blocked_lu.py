@@ -114,8 +114,7 @@ class BlockedLU:
         shape = min(BLOCK, self._n - first), self._n - first
         if self._owner(first) != self._rank:
             return np.broadcast_to(np.zeros(1), shape)
-        block: Array = self._columns[self._place(first) :, first:][: shape[0]]
-        return block
+        return np.asarray(self._columns[self._place(first) :, first:][: shape[0]])
 
     def _update(self, first: int, block: Array, columns: Array) -> None:
         """What a factorised block does to whole columns (c, n), in their place."""

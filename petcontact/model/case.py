@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from ..errors import InputError
 from ..given.tables.base import Model, parse
@@ -116,8 +116,7 @@ def parse_problem(
     # a file that petcontact wrote has values in place of all variables
     if unused and (len(unused) < len(variables) or overrides.keys() & {f"variables.{unused[0]}"}):
         raise InputError(f"{source}: variables.{unused[0]}: nothing in the file depends on it")
-    problem: Problem = parse(Problem, data, source)
-    return problem
+    return cast(Problem, parse(Problem, data, source))
 
 
 def _unused(data: Keyed, variables: Keyed, source: str) -> list[str]:

@@ -14,7 +14,7 @@ import functools
 import sys
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from ..errors import InputError, RanksError
 from ..untyped import Comm
@@ -184,8 +184,7 @@ def answered(function: Callable[..., T]) -> Callable[..., T]:
         answer = function(*arguments, **keywords)
         if not _solves:
             return answer
-        result: T = mpi(_solves[-1].comm).bcast(answer)
-        return result
+        return cast(T, mpi(_solves[-1].comm).bcast(answer))
 
     return first
 

@@ -77,13 +77,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         if getattr(arguments, key) and not getattr(arguments, of):
             raise InputError(f"--{key}: is of --{of}, which is not given")
     check_folder("--csv", arguments.csv, TABLE[0])
-    if arguments.vtkhdf:
-        check_output(
-            arguments.vtkhdf,
-            (".vtkhdf",),
-            "must end in .vtkhdf, by which ParaView recognises the format",
-            [arguments.result],
-        )
+    check_output(
+        arguments.vtkhdf,
+        (".vtkhdf",),
+        "must end in .vtkhdf, by which ParaView recognises the format",
+        [arguments.result],
+    )
     if arguments.superelement:
         from ...pipeline.condensation import superelement_format
 

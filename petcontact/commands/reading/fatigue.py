@@ -93,10 +93,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...sweep.store.case_table import read_case
 
     life = _life(arguments.life, arguments.parameter) if arguments.life else None
-    if arguments.output:
-        check_output(arguments.output, *TABLE, [arguments.result])
-    if arguments.figure:
-        check_output(arguments.figure, *FIGURE, [arguments.result])
+    check_output(arguments.output, *TABLE, [arguments.result])
+    check_output(arguments.figure, *FIGURE, [arguments.result])
     solution = read_case(arguments.result, arguments.case)
     result = fatigue(
         solution,

@@ -167,10 +167,8 @@ def _check_targets(arguments: argparse.Namespace, output: Path) -> None:
     inputs = list(filter(None, (arguments.result, arguments.points)))
     field = (".vtu",), "a field is written as .vtu, for ParaView and VisIt"
     check_output(output, *(TABLE if arguments.points else field), inputs)
-    if arguments.boundary:
-        check_output(arguments.boundary, *field, inputs)
-    if arguments.figure:
-        check_output(arguments.figure, *FIGURE, inputs)
+    check_output(arguments.boundary, *field, inputs)
+    check_output(arguments.figure, *FIGURE, inputs)
 
 
 def _write_boundaries(solution: Solution, arguments: argparse.Namespace) -> None:

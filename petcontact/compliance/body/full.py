@@ -123,5 +123,4 @@ class _FullCompliance(ContactCompliance):
     def _by_body(self, rho: Array, sigma: Array) -> Array:
         factors, traction = np.empty(sigma.size), np.empty(sigma.size)
         factors[self._order], traction[self._order] = rho, sigma.ravel()
-        moved: Array = self._body.influence(factors, traction)[self._order].reshape(sigma.shape)
-        return moved
+        return np.asarray(self._body.influence(factors, traction)[self._order].reshape(sigma.shape))

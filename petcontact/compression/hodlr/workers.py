@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from ...untyped import Comm
 
@@ -43,5 +43,4 @@ class Workers:
         """Return on every rank what rank 0 computes, so that all use the same digits."""
         if self.size == 1:
             return task()
-        result: T = self.comm.bcast(task() if self.rank == 0 else None, root=0)
-        return result
+        return cast(T, self.comm.bcast(task() if self.rank == 0 else None, root=0))

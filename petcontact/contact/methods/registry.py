@@ -74,10 +74,12 @@ def method_of(
             raise InputError(f"rule: {method.name} has no ρ that changes; projection has")
     if isinstance(method, Method):
         name = "projection" if rule is not None else method.resolved_name
-        made: ContactMethod = importlib.import_module(f".{METHODS[name]}", __package__).build(
-            method, rule_of(rule, method)
+        return cast(
+            ContactMethod,
+            importlib.import_module(f".{METHODS[name]}", __package__).build(
+                method, rule_of(rule, method)
+            ),
         )
-        return made
     if not callable(method):
         raise InputError(
             f"method: a name ({', '.join(METHODS)}), a class of petcontact.contact.methods, or a "

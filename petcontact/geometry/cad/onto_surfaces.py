@@ -10,6 +10,7 @@ import subprocess
 import sys
 import weakref
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 
@@ -73,8 +74,7 @@ class Projector:
         if "points" not in answer:
             why = next(iter(answer.values()), "").splitlines()[0]
             raise InputError(f"{self._file}: panels cannot be brought onto its surfaces ({why})")
-        points: list[list[list[float]]] = answer["points"]
-        return points
+        return cast(list[list[list[float]]], answer["points"])
 
 
 def _end(process: subprocess.Popen[str]) -> None:

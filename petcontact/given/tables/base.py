@@ -26,7 +26,7 @@ from pydantic.fields import FieldInfo
 from ...arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ...errors import InputError
 from ...runtime.file_kinds import like
-from ...runtime.hints import known_key, no_attribute
+from ...runtime.hints import Hinted, known_key
 from ...untyped import Keyed
 from ..expressions import parse_expression
 from .frozen import Frozen
@@ -245,20 +245,13 @@ def _default(field: FieldInfo, everywhere: bool) -> object:
     return field.get_default(call_default_factory=True)
 
 
-class Model(Frozen, metaclass=_OneLine):
+class Model(Hinted, Frozen, metaclass=_OneLine):
     """A frozen input model; unknown keys are errors."""
 
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not _hidden(name)]
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> object:
-            if name.startswith("_") or hasattr(type(self), name):
-                return super().__getattr__(name)
-            raise no_attribute(self, name)
 
     @pydantic.model_validator(mode="before")
     @classmethod

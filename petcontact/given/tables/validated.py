@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, cast, get_args
 
 from .base import Model, checked, plain_values
 
@@ -23,8 +23,7 @@ def validated(model: M) -> M:
         body = dict(bodies[0])
         if body.pop("name", "body") == "body":  # as it is given and read without [[body]]
             data = body | {key: value for key, value in data.items() if key != "body"}
-    result: M = checked(type(model), lambda: type(model).model_validate(data), data)
-    return result
+    return cast(M, checked(type(model), lambda: type(model).model_validate(data), data))
 
 
 def _unfolded(value: object) -> Any:

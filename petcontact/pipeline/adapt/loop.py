@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from ...contact.law_protocol import GivenLaw
 from ...contact.methods.registry import GivenMethod
@@ -70,8 +70,7 @@ def strategy_for(posed: Posed, accuracy: float | None) -> Strategy[Any, Any]:
         kind = PanelTails
     wanted = Wanted(kind.accuracy if accuracy is None else accuracy, accuracy is not None)
     check_accuracy(wanted.accuracy)
-    strategy: Strategy[Any, Any] = kind(posed, wanted)
-    return strategy
+    return cast(Strategy[Any, Any], kind(posed, wanted))
 
 
 class AdaptiveSolve:

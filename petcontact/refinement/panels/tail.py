@@ -91,14 +91,10 @@ class Tails:
             Values at the nodes, constant on each element [as values]. The sum of their squares with
             the nodes' weights is the squared L2 error.
         """
+        factors = np.array(margin)[np.minimum(self._order, len(margin) - 1)]
         return np.asarray(
-            (self._by_order(margin) * np.where(self._rim, rim, 1.0) * self.left(values, 1))[
-                self._element
-            ]
+            (factors * np.where(self._rim, rim, 1.0) * self.left(values, 1))[self._element]
         )
-
-    def _by_order(self, factors: Sequence[float]) -> Array:
-        return np.asarray(np.array(factors)[np.minimum(self._order, len(factors) - 1)])
 
     def left(self, values: Array, less: int) -> Array:
         """Return the part of the last one or two degrees (`less`) of nodal values, rms over each

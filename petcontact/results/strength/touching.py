@@ -240,7 +240,8 @@ def mismatch(
     """
     data = 2.0 * material.shear_modulus * found.u, found.traction
     kinds, angle = [kind_of(each) for each in does], float(corners.angle[number])
-    if any(kind_of(each) == CLAMPED and _on_body(each) for each in does):
+    touching = (each for each in does if isinstance(each, Touching) and each.partner.body)
+    if any(each.kind == CLAMPED for each in touching):
         return 0.0, 0.0
     if (free := kinds == [FREE, FREE]) and abs(angle - math.pi) > NEAR:
         return 0.0, 0.0
@@ -283,11 +284,6 @@ def growing(
     slow = differ[1] > least or min(each.slowest for each in found) < 2.0 - NEAR
     modes = tuple(each for each in found if each.modes)
     return modes or tuple(found) * (slow and differ[0] <= MISMATCH)
-
-
-def _on_body(does: Does) -> bool:
-    """Whether a side touches another body."""
-    return isinstance(does, Touching) and bool(does.partner.body)
 
 
 def _beside(
