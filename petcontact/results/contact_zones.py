@@ -171,22 +171,28 @@ def _ends_of_stick(
     `scripts/verify_space`) slip was half of what this makes, an eighth of what g makes.
     """
     closed, (numbers, row) = pair.state != OPEN, np.unique(mesh.element[nodes], return_inverse=True)
+    q, g = _shear_at_ends(mesh, nodes, pair, numbers)
+    endless = np.isin(numbers, elements) | np.isin(np.arange(len(numbers)), row[~closed])
+    for k in np.flatnonzero(endless | (q > g).any(axis=0)).tolist():
+        rows = np.flatnonzero((row == k) & closed)
+        bound = pair.bound[rows]
+        if np.all(pair.state[rows] == STICK) and 0.0 < bound.min(initial=np.inf) < np.inf:
+            most = max(float(q[:, k].max()), float(lengths(pair.sigma_t[rows]).max()))
+            mean, least = float(bound.mean()), max(float(g[:, k].min()), 0.0)
+            freed = mean if endless[k] else most * max(1.0 - least / mean, 0.0)
+            yield int(numbers[k]), most, mean, freed
+
+
+def _shear_at_ends(
+    mesh: BoundaryMesh, nodes: Index, pair: PairResult, numbers: Index
+) -> tuple[Array, Array]:
+    """Return q and g at the ends of elements, (ends, elements) each."""
     shear = lengths(pair.sigma_t)
     # without a bound q does not reach it
     both = np.column_stack([shear, np.where(np.isfinite(pair.bound), pair.bound, shear)])
     whole = scattered(both, nodes, mesh.n_nodes)
     q, g = between_nodes(mesh, numbers, ENDS, whole)[2].reshape(len(numbers), -1, 2).T
-    open_ones, closed_ones = (np.isin(np.arange(len(numbers)), row[k]) for k in (~closed, closed))
-    at_end = np.isin(numbers, elements) | open_ones | (q > g).any(axis=0)
-    for k in np.flatnonzero(closed_ones & at_end).tolist():
-        rows = np.flatnonzero((row == k) & closed)
-        bound = pair.bound[rows]
-        if np.all(pair.state[rows] == STICK) and 0.0 < bound.min() < np.inf:
-            most = max(float(q[:, k].max()), float(shear[rows].max()))
-            singular = open_ones[k] or numbers[k] in elements
-            mean, least = float(bound.mean()), max(float(g[:, k].min()), 0.0)
-            freed = mean if singular else most * max(1.0 - least / mean, 0.0)
-            yield int(numbers[k]), most, mean, freed
+    return q, g
 
 
 @record
