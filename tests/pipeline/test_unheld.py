@@ -56,6 +56,17 @@ def test_a_preload_that_the_load_exceeds_is_named():
 
 
 @pytest.mark.parametrize(
+    ("load", "way"),
+    [([0.0, -0.01, 0.004], "turns it"), ([0.0, 0.01, 0.0], "pushes it along +y")],
+)
+def test_a_turning_body_of_revolution_is_not_pushed_along_an_axis(load, way):
+    data = block(boundary=[drawn("top", load)], geometry=rectangle([1.0, 0.0], [2.0, 1.0]))
+    contact = [{**data["contact"][0], "friction_coefficient": 0.1}]
+    reason = solved(data, symmetry="axial", contact=contact).reason
+    assert f"body 'block' cannot be held: the load {way} beyond" in reason
+
+
+@pytest.mark.parametrize(
     ("load", "way", "increments"),
     [
         ([0.004, -0.01], "pushes it along +x", 1),

@@ -12,6 +12,7 @@ from ...contact.equilibrium import unbalanced_load
 from ...contact.idle_bodies import amplitudes
 from ...contact.state import ContactState
 from ...errors import the_body
+from ...geometry.rotation import Motions
 from ...results.report import Finding
 from ...round_off import WRITTEN
 from ..judge.findings import new_finding
@@ -223,7 +224,7 @@ def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
             motion = body.modes @ own_push
             weight = body.mesh.weight / body.mesh.weight.sum()
             worst = float(along)
-            name, way = the_body(posed.bodies[b].name), _direction(motion, weight)
+            name, way = the_body(posed.bodies[b].name), _direction(motion, weight, system.motions)
     taken = system.modes.shape[1]
     for k, of_obstacle in enumerate(increment.obstacles):
         names = np.array(MOTIONS[system.components, len(of_obstacle.free)])[of_obstacle.free]
@@ -237,8 +238,9 @@ def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
     return name, way
 
 
-def _direction(motion: Array, weight: Array) -> str:
-    mean = weight @ motion
+def _direction(motion: Array, weight: Array, motions: Motions) -> str:
+    # out of a half section nothing is translated, but turned
+    mean = weight @ motion * np.isin(np.arange(motions.dim), motions.along)
     spread = float(np.sqrt(weight @ np.sum((motion - mean) ** 2, axis=1)))
     if spread > np.linalg.norm(mean):
         return "turns it"
