@@ -154,6 +154,12 @@ def test_a_limit_load_is_named() -> None:
     assert "near the limit load" in solution.reason
 
 
+def test_the_search_ends_where_nothing_holds_any_load() -> None:
+    lifted = Step("lift", until="sliding", boundary=[BoundaryChange("top", value=(0.0, 1.0))])
+    solution = solve(block([lifted]))
+    assert "cannot be held: the load pushes it along +y" in solution.reason
+
+
 @pytest.mark.parametrize(
     ("steps", "more", "message"),
     [

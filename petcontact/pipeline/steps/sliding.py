@@ -21,8 +21,8 @@ from .increment import Increment, Monitor
 from .wear import Tried, with_wear
 
 RESOLVED = 1e-4
-"""Share of friction that may be left where a contact slips, and of the load to which that is
-found."""
+"""Share of friction that may be left where a contact slips, of the load to which that is found, and
+of a step below which no load is tried where all larger ones failed."""
 NEARLY = 0.98
 """Share of friction from which on a load without a solution is taken for one beyond the load at
 which the contact slips. A taper that is pulled off carries 0.998 at 0.998 of that load."""
@@ -107,7 +107,7 @@ def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
     above, below = beyond if beyond[1].converged else None, beyond
     to_last = _turns(increment) and above is None
     points = [(low, 1.0 - slipping(increment, increment.before.sigma)[0])]
-    while high - low > RESOLVED * high:
+    while high - low > RESOLVED * high and high - increment.begun > RESOLVED:
         target = _guess(points[:1] if to_last else points, low, high)
         tried = with_wear(increment.ending_at(target), monitor)
         left = 1.0 - slipping(*_end(tried))[0]
