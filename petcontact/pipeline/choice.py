@@ -285,8 +285,8 @@ def solve_seconds(
         for way, mesh, unknowns in zip(ways, meshes, contact, strict=True)
     )
     if any(way and way.name == "hmatrix" for way in ways):
-        costs = COSTS[type(meshes[0])]
-        return seconds * (1.0 + increments * (costs.increment[1] + costs.motion * motions))
+        costs, steps = COSTS[type(meshes[0])], increments * newton.steps / USUAL.steps
+        return seconds * (1.0 + steps * (costs.increment[1] + costs.motion * motions))
     return seconds + increments * newton.seconds(total)
 
 

@@ -98,21 +98,25 @@ def test_a_compression_that_raises_is_replaced_too(monkeypatch, comm):
 
 
 MEASURED = [
-    ((5760,), 1e-6, 1, 0, 15.3),
-    ((1485, 1485), 1e-4, 2, 0, 4.7),
-    ((3753, 3753), 1e-3, 2, 6, 21.4),
-    ((930, 696, 756), 1e-4, 2, 3, 7.9),
+    ((5760,), 1e-6, 1, 0, 6, 15.3),
+    ((1485, 1485), 1e-4, 2, 0, 6, 4.7),
+    ((3753, 3753), 1e-3, 2, 6, 6, 21.4),
+    ((930, 696, 756), 1e-4, 2, 3, 6, 7.9),
+    ((5280, 2940), 1e-4, 2, 3, 9, 43.0),
 ]
-"""Nodes of bodies, tolerance, increments, motions that only contact holds, processor seconds of one
-core."""
+"""Nodes of bodies, tolerance, increments, motions that only contact holds, Newton steps of an
+increment, processor seconds of one core."""
 
 
-@pytest.mark.parametrize(("counts", "tolerance", "increments", "motions", "seconds"), MEASURED)
-def test_the_seconds_of_a_whole_solve(counts, tolerance, increments, motions, seconds):
+@pytest.mark.parametrize(
+    ("counts", "tolerance", "increments", "motions", "steps", "seconds"), MEASURED
+)
+def test_the_seconds_of_a_whole_solve(counts, tolerance, increments, motions, steps, seconds):
     bem = Bem(mat_type="hmatrix", hmatrix_tol=tolerance)
     meshes = [object.__new__(SurfaceMesh) for _ in counts]
     for mesh, count in zip(meshes, counts, strict=True):
         vars(mesh)["element"] = np.zeros(count)
     none = [0] * len(meshes)
-    told = choice.solve_seconds(bem, meshes, none, 0, increments, motions)
+    newton = choice.Newton(steps)
+    told = choice.solve_seconds(bem, meshes, none, 0, increments, motions, newton)
     assert seconds / 1.5 < told < 1.5 * seconds
