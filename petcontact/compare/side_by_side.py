@@ -9,6 +9,7 @@ exact up to round-off.
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -164,31 +165,28 @@ def _compared(
         raise InputError(f"{idle[0]}: nothing is in contact, and methods differ in contact only")
     for label, case in cases:
         prepared = prepare(case, comm, cases=len(contenders or CONTENDERS) * len(rhos))
-        try:
-            with options(case.petsc):
-                trials = _Trials(first_increment(prepared).system, prepared.discrete.law)
-                if reference is None:
-                    state = trials.iterate(Method(name="semismooth-newton", tolerance=1e-9))
-                    trials.exact = state.v, state.sigma
-                else:
-                    trials.exact = carried_over(prepared, read_result(reference).last)
-                for name in contenders or CONTENDERS:
-                    for rho in rhos if "rule" in CONTENDERS[name] else (None,):
-                        try:
-                            row = trials.run(
-                                case.method, label, name, rho, follow=rho in (None, followed)
-                            )
-                        except (
-                            InputError
-                        ):  # a method for other problems; where nobody asked for it, it is left out
-                            if contenders is not None:
-                                raise
-                            break
-                        rows.append(row)
-                        if say is not None:
-                            say(row)
-        finally:
-            prepared.close()
+        with contextlib.closing(prepared), options(case.petsc):
+            trials = _Trials(first_increment(prepared).system, prepared.discrete.law)
+            if reference is None:
+                state = trials.iterate(Method(name="semismooth-newton", tolerance=1e-9))
+                trials.exact = state.v, state.sigma
+            else:
+                trials.exact = carried_over(prepared, read_result(reference).last)
+            for name in contenders or CONTENDERS:
+                for rho in rhos if "rule" in CONTENDERS[name] else (None,):
+                    try:
+                        row = trials.run(
+                            case.method, label, name, rho, follow=rho in (None, followed)
+                        )
+                    except (
+                        InputError
+                    ):  # a method for other problems; where nobody asked for it, it is left out
+                        if contenders is not None:
+                            raise
+                        break
+                    rows.append(row)
+                    if say is not None:
+                        say(row)
     return rows
 
 

@@ -191,9 +191,8 @@ def _elements(file: InpFile, keyword: Keyword) -> list[int]:
     if kind not in CORNERS:
         file.rest.append(replace(keyword, name=f"ELEMENT, TYPE={kind}"))
         return []
-    digits = "".join(c for c in kind[3:] if c.isdecimal())
     words = [int(word) for row in keyword.rows for word in row]
-    width = 1 + int(digits)
+    width = 1 + int(kind[3:])
     if len(words) % width:
         raise InputError(
             f"{file.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of "

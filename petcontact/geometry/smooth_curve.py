@@ -70,8 +70,7 @@ T = TypeVar("T")
 
 def quiet(build: Callable[..., T], *arguments: object, **options: object) -> T:
     """A spline of FITPACK, whose warnings are about sums of squares that no caller gave."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings(action="ignore"):
         return build(*arguments, **options)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import logging
 import time
@@ -153,14 +154,12 @@ def _solved(
             reached=reached,
         )
     prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
-    try:
+    with contextlib.closing(prepared):
         solution, began = unreported(prepared, monitor), time.perf_counter()
         report = functools.partial(with_report, prepared)
         solution = with_estimate(solution, prepared.comm, law, report)
         timings = {**solution.timings, "judge": time.perf_counter() - began}
         return replace(solution, timings=timings)
-    finally:
-        prepared.close()
 
 
 def adapts_itself(problem: Problem) -> bool:

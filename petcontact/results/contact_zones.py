@@ -117,12 +117,10 @@ def in_doubt(
     end of an element than its change (m,). As in `areas`, each holds it between two nodes [area].
     """
     element, row = np.unique(mesh.element[nodes], return_inverse=True)
-    whole = np.ones(len(element), dtype=bool)
     p = scattered(pair.pressure, nodes, mesh.n_nodes)
     least = between_nodes(mesh, element, ENDS, p)[2].reshape(len(element), -1).min(axis=1)
     off = largest_by(row, change, len(element))
-    np.logical_and.at(whole, row, inside)
-    doubted = whole & (least < off)
+    doubted = (np.bincount(row, ~inside) == 0) & (least < off)
     return float((np.bincount(row, pair.weight) / np.bincount(row))[doubted].sum())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from dataclasses import replace
 
@@ -80,8 +81,5 @@ def run_case(shared: PreparedProblem | None, case: Problem, comm: Comm = None) -
     system = shared.system.loaded(discrete.data, discrete.interfaces)
     if system is not None:
         return run(replace(shared, discrete=discrete, system=system, method=method_of(case.method)))
-    own = prepare(case, comm, discrete)
-    try:
+    with contextlib.closing(prepare(case, comm, discrete)) as own:
         return run(own)
-    finally:
-        own.close()

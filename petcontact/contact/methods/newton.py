@@ -10,6 +10,7 @@ again from other sets.
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
 from collections.abc import Iterator
 from functools import cached_property
@@ -77,14 +78,12 @@ class SemismoothNewton:
             if is_monolithic(system)
             else active_set_solver(system, surrogate, iteration.factors)
         )
-        try:
+        with contextlib.closing(solver):
             run = _Run(system, law, iteration, solver, foretell)
             state = run.at_rest() if iteration.start is None else None
             state = state or run.state(_first_guess(system, law, iteration, solver, foretell))
             # what jams keeps its tractions
             return state if state.sigma.any() else run.at_rest() or state
-        finally:
-            solver.close()
 
 
 def build(options: Method, rule: Rule | None) -> SemismoothNewton:

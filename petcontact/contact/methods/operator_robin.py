@@ -10,6 +10,8 @@ splitting in the inner product of T. It converges for 0 < ω < 2 if the law has 
 
 from __future__ import annotations
 
+import contextlib
+
 from ...arrays import Array
 from ...errors import InputError
 from ...given.tables.solver_options import Method
@@ -70,7 +72,7 @@ class OperatorRobin:
             v = system.u_0 + solver.apply(sigma)
         tau, stuck = stuck_everywhere(system.u_0, law), Linearisation.all_stick(system.u_0)
         recorder = Recorder(law, system, iteration)
-        try:
+        with contextlib.closing(solver):
             while not recorder.exhausted:
                 # friction that turns or grows with p need not come to an end
                 step = _through(
@@ -108,8 +110,6 @@ class OperatorRobin:
                     return end
             reason = f"max_iterations = {iteration.max_iterations} reached; {reason}"
             return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
-        finally:
-            solver.close()
 
 
 def build(options: Method, rule: Rule | None) -> OperatorRobin:

@@ -9,6 +9,7 @@ state solves the same problem as that of every other method.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
 
 import numpy as np
@@ -120,11 +121,9 @@ def minimise(
     unit = (float(bound.max()) or 1.0) * float(np.sqrt(np.mean(diagonal**2))) / diagonal
     hessian /= diagonal[:, None] * diagonal
     mean = float(np.mean(unit * diagonal))
-    solver = _BoundSolver(hessian, weight * base / diagonal / mean, bound / unit)
-    try:
+    linear = weight * base / diagonal / mean
+    with contextlib.closing(_BoundSolver(hessian, linear, bound / unit)) as solver:
         return [x * unit for x in solver.run(sigma / unit)]
-    finally:
-        solver.close()
 
 
 class _BoundSolver:

@@ -11,6 +11,7 @@ In space, panels are cut where the tails of their tractions are large. The tails
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import logging
 import math
@@ -318,11 +319,9 @@ def _adapted(
         given = [body.mesh.accuracy for body in problem.body]
         accuracy = min((each for each in given if each is not None), default=None)
     work = AdaptiveSolve(problem, comm, accuracy, callbacks, law)
-    try:
+    with contextlib.closing(work.solver):
         work.climb()
         solution = work.last()
-    finally:
-        work.solver.close()
     problem = problem.model_copy(update={"step": solution.problem.step})
     own = (
         rule is not None
@@ -368,10 +367,8 @@ def _by_its_method(
     another problem. Operators have the tolerance that was found there."""
     last = replace(tried.discrete, problem=tried.discrete.problem.model_copy(update=changes))
     prepared = prepare(last.problem, comm, last, method=method, rule=rule)
-    try:
+    with contextlib.closing(prepared):
         return run(replace(prepared, factors=factors), monitor=monitor)
-    finally:
-        prepared.close()
 
 
 def _finished(work: AdaptiveSolve, solution: Solution, seconds: float) -> Solution:

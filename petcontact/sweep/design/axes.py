@@ -10,6 +10,7 @@ from decimal import Decimal
 from typing import Any
 
 from ...errors import InputError
+from ...geometry.smooth_curve import quiet
 from ...model.case import KEYS, whole_key
 from ...record import record
 from .sweep_file import Sample, SweepFile
@@ -85,16 +86,12 @@ def sampled(sample: Sample | None) -> dict[str, list[float]]:
     """Points of a design by key, the same for the same seed."""
     if sample is None:
         return {}
-    import warnings
-
     from scipy.stats import qmc
 
     kind = {"latin-hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol}[sample.method]
     engine = kind(d=len(sample.range), seed=sample.seed)
-    with warnings.catch_warnings():
-        # scipy warns of a number of Sobol points that is no power of two
-        warnings.simplefilter("ignore", UserWarning)
-        unit = engine.random(sample.points)
+    # scipy warns of a number of Sobol points that is no power of two
+    unit = quiet(engine.random, sample.points)
     return {
         key: (
             low * (high / low) ** part if key in sample.log else low + (high - low) * part
