@@ -104,9 +104,7 @@ def draw(figure: Figure, table: CaseTable, plot: Plot) -> None:
 def write_plots(table: CaseTable, plots: Sequence[Plot], folder: str | Path) -> list[Path]:
     """Write a PNG file for each plot and return the paths."""
     Path(folder).mkdir(parents=True, exist_ok=True)
-    paths = []
-    for plot in plots:
-        path = Path(folder) / f"{plot.stem}.png"
+    paths = [Path(folder) / f"{plot.stem}.png" for plot in plots]
+    for path, plot in zip(paths, plots, strict=True):
         save(path, draw, table, plot)
-        paths.append(path)
     return paths
