@@ -106,7 +106,7 @@ def _one_cycle(
             if earlier and times > 1:
                 solved, next_ = worn(increment, earlier[len(tried)], times, monitor)
             else:
-                solved = with_wear(increment, monitor)
+                solved = with_wear(increment, increment.solved(monitor), monitor)
                 v, sigma = solved[1].v, solved[1].sigma
                 next_ = Earlier(
                     np.linalg.norm(v[:, : problem.system.components - 1], axis=1),

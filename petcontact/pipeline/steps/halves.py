@@ -94,20 +94,23 @@ class Halves:
         solved = [
             tried for tried in self._first if abs(tried[0].target - increment.target) < SOLVED
         ]
-        whole = solved[0] if solved else with_wear(increment, self._monitor)
+        whole = solved[0] if solved else self._solved(increment)
         self._first = []
         if not whole[1].converged:
             return [whole]
         half = increment.ending_at(0.5 * (increment.begun + increment.target))
-        first = with_wear(half, self._monitor)
+        first = self._solved(half)
         if not first[1].converged:
             return [first]
-        second = with_wear(half.then(increment.target, first[2]), self._monitor)
+        second = self._solved(half.then(increment.target, first[2]))
         if not second[1].converged:
             return [first, second]
         self.error = self._apart(whole, first, second)
         self._first = [first] if self.error > 1.0 else []
         return [] if self._first else [first, second]
+
+    def _solved(self, increment: Increment) -> Tried:
+        return with_wear(increment, increment.solved(self._monitor), self._monitor)
 
     def _apart(self, whole: Tried, first: Tried, second: Tried) -> float:
         """Return the largest difference between an increment and its halves, over what is allowed.

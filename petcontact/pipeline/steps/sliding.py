@@ -84,7 +84,8 @@ def _beyond(tried: Tried, monitor: Monitor | None) -> Tried:
     solution."""
     if not tried[1].converged or tried[0].target == 1.0 or not _turns(tried[0]):
         return tried
-    beyond = with_wear(tried[0].ending_at(1.0), monitor)
+    whole = tried[0].ending_at(1.0)
+    beyond = with_wear(whole, whole.solved(monitor), monitor)
     return tried if beyond[1].converged else beyond
 
 
@@ -109,7 +110,8 @@ def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
     points = [(low, 1.0 - slipping(increment, increment.before.sigma)[0])]
     while high - low > RESOLVED * high and high - increment.begun > RESOLVED:
         target = _guess(points[:1] if to_last else points, low, high)
-        tried = with_wear(increment.ending_at(target), monitor)
+        following = increment.ending_at(target)
+        tried = with_wear(following, following.solved(monitor), monitor)
         left = 1.0 - slipping(*_end(tried))[0]
         if tried[1].stopped:
             return tried

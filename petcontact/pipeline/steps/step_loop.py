@@ -227,12 +227,12 @@ def _divided(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
             if shares.by_halves:
                 tried = shares.by_halves(following)
             else:
-                tried = [whole or with_wear(following, monitor)]
+                tried = [whole or with_wear(following, following.solved(monitor), monitor)]
                 shares.last = tried[0]
         ends = tried and (tried[-1][1].converged or tried[-1][1].stopped)
         if not ends and shares.smaller(following, tried):
             continue
-        tried = tried or [whole or with_wear(following, monitor)]
+        tried = tried or [whole or with_wear(following, following.solved(monitor), monitor)]
         yield from tried
         state = tried[-1][2]
         end = shares.target, "converged" if tried[-1][1].converged else "failed"

@@ -53,13 +53,12 @@ class Earlier:
         return np.clip(self.way + 0.5 * times * self.growth, 0.0, 2.0 * self.way)
 
 
-def with_wear(increment: Increment, monitor: Monitor | None) -> Tried:
-    """Solve an increment, and with the wear in it.
+def with_wear(increment: Increment, outcome: ContactState, monitor: Monitor | None) -> Tried:
+    """Add to a solved increment the wear in it.
 
     A predictor takes the slip without wear, a corrector the slip of the predictor. This makes the
     method one of order 2.
     """
-    outcome = increment.solved(monitor)
     plain = increment, outcome, increment.after(outcome)
     wear = increment.problem.discrete.wear
     if not (outcome.converged and wear.any()):
