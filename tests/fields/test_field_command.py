@@ -115,7 +115,10 @@ POINTS = "a table of --points is of these points alone"
         ("--quantity von_mise --figure f.png", "no 'von_mise', did you mean 'von_mises'?"),
         ("--points none.csv --body upper", "none.csv: cannot be read (No such file"),
         ("--points points.csv", "--body must name one body; there are lower, upper"),
-        ("--points points.csv --body upper", "line 2 of points.csv has 1 columns, those before have 2"),
+        (
+            "--points points.csv --body upper",
+            "line 2 of points.csv has 1 columns, those before have 2",
+        ),
         ("--points points.csv -o o.vtu", "o.vtu: a table is written as .csv"),
     ],
 )
