@@ -36,7 +36,6 @@ from ..judge.findings import limit_of, new_finding
 from ..judge.remainders import DataRemainders, missed_data
 from ..pose.discretise import discretise
 from ..run import RESOLVED, Coarse, prepare, unreported
-from ..steps.prepared import PreparedProblem
 from ..steps.start import following
 from .budget import says_something
 from .difference import difference, displacement_difference
@@ -116,7 +115,7 @@ def _compared(solution: Solution, comm: Comm, law: GivenLaw | None, report: Repo
             return _not_known(said, reason)
         there = said.tracked if isinstance(said.tracked, Solution) else coarse[1]
         if len(said.steps) > len(solution.steps):
-            there = there if said.tracked else _as_divided(coarse[0], said)
+            there = there if said.tracked else unreported(following(coarse[0], said), None)
             accuracy = _difference(said, there)
         return replace(_estimated(_with_missed(said), accuracy), coarser=there)
     finally:
@@ -193,12 +192,6 @@ def _coarser(solution: Solution, comm: Comm, law: GivenLaw | None) -> Coarse:
     except PetcontactError:
         prepared.close()
         raise
-
-
-def _as_divided(problem: PreparedProblem, solution: Solution) -> Solution:
-    """Return the solution of a problem with the increments of another one."""
-    discrete = problem.discrete.with_steps_of(solution.problem)
-    return unreported(following(replace(problem, discrete=discrete), solution), None)
 
 
 @functools.singledispatch

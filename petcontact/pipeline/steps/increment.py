@@ -206,7 +206,7 @@ class Increment:
         """Return the start of the method: the same increment of another path or mesh, else the
         state before, extrapolated by the trend of the step."""
         if (key := (self.number, self.cycle, self.target)) in self.problem.starts:
-            return self.problem.starts[key]
+            return self.problem.starts[key]()
         start, trend, way = self.before.start, self.before.trend, self.target - self.begun
         if start is None or trend is None or self.begun == 0.0:
             return start

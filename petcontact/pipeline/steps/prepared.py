@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -130,8 +131,9 @@ class PreparedProblem:
         Seconds by stage.
     start : pair of (M, k) arrays, optional
         Where the first increment starts.
-    starts : dict of (int, int, float) to pair of (M, k) arrays
-        Where increments start that another path or mesh has, by step, cycle and load factor.
+    starts : dict of (int, int, float) to callable
+        Returns where an increment starts that another path or mesh has, by step, cycle and load
+        factor.
     factors : dict of int to list of float
         Load factors at which increments are to end, by number of the step; key 0 has the cycles at
         which jumps end.
@@ -151,7 +153,7 @@ class PreparedProblem:
     comm: Comm
     timings: dict[str, float] = field(default_factory=dict)
     start: Start | None = None
-    starts: dict[tuple[int, int, float], Start] = field(default_factory=dict)
+    starts: dict[tuple[int, int, float], Callable[[], Start]] = field(default_factory=dict)
     factors: dict[int, list[float]] = field(default_factory=dict)
     named: dict[str, str] = field(default_factory=dict)
     halvings: int = HALVINGS

@@ -214,15 +214,20 @@ def start_within(
 
 def following(problem: PreparedProblem, solution: Solution) -> PreparedProblem:
     """The problem with the increments of a solution on another mesh, each from where that ended."""
-    starts = starts_from(problem, solution.steps)
-    return replace(problem, factors=known_factors(solution), starts=starts)
+    discrete = problem.discrete.with_steps_of(solution.problem)
+    starts, factors = starts_from(problem, solution.steps), known_factors(solution)
+    return replace(problem, discrete=discrete, starts=starts, factors=factors)
 
 
 def starts_from(
     problem: PreparedProblem, increments: Iterable[StepResult]
-) -> dict[tuple[int, int, float], Start]:
-    """`carried_over` for each increment, by step, cycle and load factor."""
-    return {(r.step, r.cycle, r.load_factor): carried_over(problem, r) for r in increments}
+) -> dict[tuple[int, int, float], Callable[[], Start]]:
+    """What returns `carried_over` of each increment, by step, cycle and load factor: few of them
+    may be asked for."""
+    return {
+        (each.step, each.cycle, each.load_factor): functools.partial(carried_over, problem, each)
+        for each in increments
+    }
 
 
 def carried_over(problem: PreparedProblem, old: StepResult) -> Start:
