@@ -6,12 +6,13 @@ to the contact.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask, smallest_by
+from ...arrays import Array, Index, Mask, largest_by, smallest_by
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from .cut_directions import matched, sides
@@ -60,20 +61,27 @@ def facing(secondary: Part, primary: Part, direction: Array | None) -> tuple[Ind
 def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
     """Return along which coordinates panels off the contact are too long, (n_elements, 2).
 
-    They are compared with the nearest panels in contact, which `contact` marks.
+    They are compared with all panels in contact, which `contact` marks, that are near: a narrow
+    contact that ends at the rim of its face may lie between the nodes of a panel beyond it.
     """
-    nodes = np.flatnonzero(contact[mesh.element])
-    if not len(nodes):
-        return np.zeros((mesh.n_elements, 2), dtype=bool)
-    vectors = sides(mesh)
+    panels, nodes = np.flatnonzero(~contact), np.flatnonzero(contact[mesh.element])
+    vectors, middle = sides(mesh), np.nanmean(mesh.corners, axis=1)
     length = np.linalg.norm(vectors, axis=2)
-    distance, nearest = scipy.spatial.cKDTree(mesh.x[nodes]).query(mesh.x)
-    nearby = mesh.element[nodes[nearest]]
-    reference = np.take_along_axis(
-        length[nearby], matched(vectors[mesh.element], vectors[nearby]), axis=1
+    near = scipy.spatial.cKDTree(mesh.x[nodes]).query_ball_point(
+        middle[panels], 2.0 * length[panels].sum(axis=1)
     )
-    allowed = smallest_by(mesh.element, distance[:, None] + GROWTH * reference, mesh.n_elements)
-    return np.asarray(~contact[:, None] & (length > allowed))
+    own = np.repeat(panels, [len(each) for each in near])
+    node = nodes[np.fromiter(itertools.chain.from_iterable(near), dtype=int)]
+    away, nearby = mesh.x[node] - middle[own], mesh.element[node]
+    local = np.linalg.pinv(vectors)
+    place = np.einsum("nd,ndk->nk", away, local[own])
+    inner = np.einsum("nd,ndk->nk", mesh.x - middle[mesh.element], local[mesh.element])
+    most = largest_by(mesh.element, np.abs(inner), mesh.n_elements, 0.0)[own]
+    away -= np.einsum("nk,nkd->nd", np.clip(place, -most, most), vectors[own])
+    reference = np.take_along_axis(length[nearby], matched(vectors[own], vectors[nearby]), axis=1)
+    distance = np.linalg.norm(away, axis=1)[:, None]
+    allowed = smallest_by(own, distance + GROWTH * reference, mesh.n_elements)
+    return np.asarray(length > allowed)
 
 
 def wider_than(mesh: SurfaceMesh, spots: Sequence[tuple[Array, float]]) -> Mask:

@@ -22,6 +22,8 @@ from petcontact.refinement.panels.forecast import (
     forecast_of,
     hertz_ellipse,
 )
+from petcontact.refinement.panels.panel_cuts import too_large
+from petcontact.refinement.panels.quartering import cut
 from petcontact.refinement.panels.ridge import ridge_of
 
 BOX = BoxSurface(np.array([-3.0, -3.0, -6.0]), np.array([3.0, 3.0, 0.0]))
@@ -187,6 +189,21 @@ def test_the_upper_half_of_an_o_ring_is_unrolled_as_one():
         for x, y in ((1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0))
     ]
     assert chart_of(Revolved(shape="revolved", angle=30.0, loops=[bent]).outline(), "skin") is None
+
+
+def test_panels_below_the_end_of_a_band_are_as_narrow():
+    """A plate ends under a roller: the side of the plate bulges there, and p falls by a third."""
+    chart, ridge, forecast = expected("x**2/0.05")
+    mesh, band = box_mesh(BOX, lambda part: 2.0, 1, 1.0), band_of(ridge, forecast)
+    mesh, marked = banded(mesh, "top", (chart, band, 0)), np.ones(1, dtype=bool)
+    while marked.any():
+        marked = too_large(mesh, mesh.part == mesh.part_names.index("top"))
+        mesh = cut(mesh, marked)
+    for end in (-3.0, 3.0):
+        nearest = np.linalg.norm(mesh.x - [0.0, end, -0.5 * band.widest], axis=1)
+        nearest[mesh.nodes_of("top")] = np.inf
+        panel = mesh.corners[mesh.element[nearest.argmin()]]
+        assert np.ptp(panel, axis=0).max() < 3.0 * band.widest
 
 
 @pytest.mark.parametrize("narrower", [1.0, 0.25])
