@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..record import record
-from ..round_off import WRITTEN
+from ..round_off import SINGLE, WRITTEN
 from .revolved.turned_surface import RevolvedSurface
 from .round_surfaces import CylinderSurface, SphereSurface
 from .surface import BOX_PARTS, BoxSurface, face_axes
@@ -48,6 +48,13 @@ class Chart:
         ways = [self.at(place + step * unit) - self.at(place - step * unit) for unit in np.eye(2)]
         with np.errstate(invalid="ignore"):
             return np.asarray(ways / np.linalg.norm(ways, axis=2, keepdims=True))
+
+    def room(self, place: Array, way: Array) -> float:
+        """Return how far a point (2,) may go along a unit vector to the rim [length]."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(way > SINGLE, (self.high - place) / way, np.inf)
+            room = np.minimum(room, np.where(way < -SINGLE, (self.low - place) / way, np.inf))
+        return float(room.min())
 
     def normal(self, place: Array) -> Array:
         """Return outward unit normals (n, 3) at coordinates (n, 2)."""

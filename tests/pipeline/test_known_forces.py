@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import drawn, moved, problem, solid, touching
+from shapes import cuboid, drawn, moved, problem, rollers, solid, touching
 
 from petcontact import Problem
 from petcontact.pipeline.adapt.banded import Bands
@@ -126,3 +126,27 @@ def test_a_whole_o_ring_has_the_same_band_as_the_plate_below_it():
         assert np.hypot(x[:, 0], x[:, 1]) == pytest.approx(np.full(len(x), 25.0), abs=1e-4)
     assert band.points[:, 0].min() == pytest.approx(chart.low[0], abs=1e-6)
     assert band.points[:, 0].max() == pytest.approx(chart.high[0], abs=1e-6)
+
+
+@pytest.mark.parametrize("symmetric", [(), ("front",), ("left",), ("left", "front")])
+def test_a_quarter_of_a_block_has_the_band_of_the_whole_one(symmetric):
+    """The ridge may end at a plane of symmetry, and it may lie in one, with half of the width on
+    the face."""
+    gap = "where(abs(y) <= 1, 5*x**2, 1)"
+    expected = []
+    for planes in ((), symmetric):
+        lower = [-2.0 * ("left" not in planes), -2.0 * ("front" not in planes), -3.0]
+        block = solid("block", cuboid(lower, [2.0, 2.0, 0.0]), moved("bottom", 3 * [0.0]))
+        block["boundary"] += rollers(*planes)
+        force = [0.0, 0.0, -0.01 * 0.5 ** len(planes)]
+        tool = {"name": "tool", "displacement": [0.0, 0.0, "free"], "force": force}
+        pair = touching("pair", "block.top", "tool", gap=gap)
+        posed = problem(body=[block], obstacle=[tool], contact=[pair]).posed
+        made, laid = Bands(posed).first(FirstMeshes(posed, 4000).meshes, 0.05, lambda made: made)
+        area = (2.0 - lower[0]) * (2.0 - lower[1])
+        assert made[0].weight[made[0].nodes_of("top")].sum() == pytest.approx(area)
+        expected.append(laid.of("pair").band)
+    whole, part = expected
+    assert part.widest == pytest.approx(whole.widest, rel=0.02)
+    assert part.mirrored == ("front" in symmetric, False)
+    assert part.halved == ("left" in symmetric)

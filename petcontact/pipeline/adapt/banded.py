@@ -22,7 +22,7 @@ from ...refinement.panels.ridge import Gap, Ridge, lowest_sample, ridge_of
 from ...refinement.panels.zone import ELONGATED, ContactBand
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
-from ...round_off import TINY
+from ...round_off import SINGLE, TINY
 from .known_forces import is_held, known_force, load_of, way_of
 from .long_contacts import LEFT, LaidBands, Long, followed
 
@@ -207,19 +207,28 @@ class Bands(Keeping):
         if shape is None:
             return None
         (charts, _, ridge), modulus = shape, self._modulus(side)
-        forecast = forecast_of(ridge, self._line(side, shape, meshes), force, modulus)
+        first, last, halved = self._mirrored(side, shape, meshes)
+        whole = force * (1.0 + halved)
+        forecast = forecast_of(ridge, self._line(side, shape, meshes), whole, modulus)
         if not _is_long(forecast):
             return None
-        first, last = self._mirrored(side, shape, meshes)
-        return Long(side, charts, ridge, replace(band_of(ridge, forecast), mirrored=(first, last)))
+        band = replace(band_of(ridge, forecast), mirrored=(first, last), halved=halved)
+        return Long(side, charts, ridge, band)
 
     def _mirrored(
         self, side: PosedInterface, shape: _Shape, meshes: Sequence[SurfaceMesh]
     ) -> list[bool]:
-        """Return at which ends of its ridge a contact goes on."""
+        """Return at which ends of its ridge a contact goes on, and whether it does across."""
         (chart, *_), _, ridge = shape
-        ends = chart.at(ridge.points[[0, -1]])
-        return [ridge.closed or self._mirrors(side.body, meshes, x) for x in ends]
+        middle = len(ridge.s) // 2
+        place, across = ridge.points[[0, -1, middle]], ridge.across[0]
+        ways = np.array([[-across[1], across[0]]] * 2 + [across])
+        ways = np.einsum("nk,knd->nd", ways, chart.tangents(place))
+        always = ridge.closed, ridge.closed, False
+        return [
+            known or self._mirrors(side.body, meshes, *each)
+            for known, *each in zip(always, chart.at(place), ways, strict=True)
+        ]
 
     def _line(self, side: PosedInterface, shape: _Shape, meshes: Sequence[SurfaceMesh]) -> Line:
         """Return where the ridge of a contact lies, and the planes of symmetry at its ends."""
@@ -229,7 +238,7 @@ class Bands(Keeping):
             (place, place - inner)
             for (place, inner), here in zip(
                 (chart.at(ridge.at(both)[0]) for both in ends),
-                self._mirrored(side, shape, meshes),
+                self._mirrored(side, shape, meshes)[:2],
                 strict=True,
             )
             if here and not ridge.closed
@@ -260,8 +269,9 @@ class Bands(Keeping):
         for side in group:
             if side.name in shapes:
                 deep = 0.5 * min(thick[b] for b in side.bodies)
-                line, modulus = self._line(side, shapes[side.name], meshes), self._modulus(side)
-                result[side.name] = force_at(shapes[side.name][2], line, depth, modulus, deep)
+                line, shape = self._line(side, shapes[side.name], meshes), shapes[side.name]
+                whole = force_at(shape[2], line, depth, self._modulus(side), deep)
+                result[side.name] = whole / (1.0 + self._mirrored(side, shape, meshes)[2])
         return result
 
     def _modulus(self, side: PosedInterface) -> float:
@@ -309,16 +319,20 @@ class Bands(Keeping):
             moved = np.linalg.lstsq(pair.normal[known], closed, rcond=None)[0]
         return np.asarray(moved / max(float(np.linalg.norm(moved)), TINY))
 
-    def _mirrors(self, body: int, meshes: Sequence[SurfaceMesh], x: Array) -> bool:
-        """Return whether a face of a plane of symmetry, or on rollers, ends at a point (3,)."""
+    def _mirrors(self, body: int, meshes: Sequence[SurfaceMesh], x: Array, way: Array) -> bool:
+        """Return whether a face of a plane of symmetry, or on rollers, ends at a point (3,) and is
+        normal to a unit vector."""
         planes = [
             part
             for part, condition in self._posed.bodies[body].conditions[0].items()
             if isinstance(condition, Symmetry)
             or (isinstance(condition, Displacement) and condition.free.count(False) == 1)
         ]
-        there = set(meshes[body].part_names) & set(planes)
-        return any(len(all_at(meshes[body], x, part)[0]) > 0 for part in there)
+        mesh = meshes[body]
+        there = set(mesh.part_names) & set(planes)
+        met = np.concatenate([[], *(all_at(mesh, x, part)[0] for part in there)])
+        normal = mesh.normal[np.isin(mesh.element, met)]
+        return bool(np.any(np.abs(normal @ way) > 1.0 - SINGLE))
 
     def _charts(self, side: PosedInterface, middle: Array | None) -> list[Chart]:
         """Return the charts of the faces of a contact that have any."""

@@ -120,7 +120,7 @@ def followed(long: Long, solution: Solution) -> ContactBand:
     force = pair.weight * pair.pressure * long.is_inside(along)
     if not force.any():
         return band
-    off = float(force @ across / force.sum())
+    off = 0.0 if band.halved else float(force @ across / force.sum())
     half = _half_widths(long, along, across - off, force)
     s, ends = band.s, band.ends
     if not any(band.sharp):

@@ -78,22 +78,38 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
 def _laid(chart: Chart, band: ContactBand, level: int) -> Array | None:
     """Return the points (n, 9, 3) of panels of a chart with a band, NaN for the middles of straight
     ones; None if the band does not fit."""
-    shares = _across(level)
     s = _along(band, level, chart)
     half = twice_as_fine(band.lines_at(s, LEAST))
-    xi, s = twice_as_fine(shares), twice_as_fine(s)
-    ridge, across = band.at(s)
-    grid = ridge + (xi[:, None, None] * half[:, None]) * across
+    ridge, across = band.at(twice_as_fine(s))
+    lines, (low, high) = _across(level)[:, None] * half, _room_across(chart, ridge[0], across[0])
+    lines[(lines < low).any(axis=1)], lines[(lines > high).any(axis=1)] = low, high
+    lines = np.unique(lines, axis=0)
+    grid = ridge + twice_as_fine(lines)[..., None] * across
     outside = np.any((grid < chart.low - _slack(chart)) | (grid > chart.high + _slack(chart)))
     if outside or not band.straight:
         return None
-    width = float((shares[-1] - shares[-2]) * band.widest)
+    width = (MARGIN - 1.0) * band.widest
     panels = [cells_of(grid), *_frames(chart, band, grid[::2, ::2], width)]
     cells = _turned_less(np.concatenate(panels), chart)
     points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
     if chart.flat:
         points[_straight(cells), 4:] = np.nan
     return points
+
+
+def _room_across(chart: Chart, place: Array, across: Array) -> tuple[float, float]:
+    """Return between which distances from a ridge lines along it lie on the face [length].
+
+    Lines that would leave it become its rim. Slanted ones may: such bands are not laid.
+    """
+    if np.abs(across).max() < 1.0 - SINGLE:
+        return -math.inf, math.inf
+    return -_room(chart, place, -across), _room(chart, place, across)
+
+
+def _room(chart: Chart, place: Array, way: Array) -> float:
+    room = chart.room(place, way)
+    return room if room > _slack(chart) else 0.0
 
 
 def _slack(chart: Chart) -> float:
@@ -111,7 +127,7 @@ def _along(band: ContactBand, level: int, chart: Chart) -> Array:
     """Return the places of lines across a band.
 
     Pieces are cut until a parabola follows the load on them, and at ends down to about the
-    half-width. A panel lies beyond each end that is not at the rim of the face.
+    half-width. A panel lies beyond each end, as far as the face goes.
     """
     low, high = band.ends
     whole = math.sqrt(float(np.sum(band.load**2 * np.gradient(band.s))))
@@ -123,13 +139,17 @@ def _along(band: ContactBand, level: int, chart: Chart) -> Array:
         share = _share(band, (a, b), most, _bent(band, (a, b), level, chart))
         if share is not None:
             todo += [(a, a + share * (b - a)), (a + share * (b - a), b)]
-    s, slack = np.array(sorted(ends)), _slack(chart)
-    at_rim = [
-        bool(np.any((end - chart.low < slack) | (chart.high - end < slack)))
-        for end in band.at(s[[0, -1]])[0]
-    ]
-    first, last = [s[0] - (s[1] - s[0])], [s[-1] + (s[-1] - s[-2])]
-    return np.concatenate([[] if at_rim[0] else first, s, [] if at_rim[1] else last])
+    return _with_ends(np.array(sorted(ends)), band, chart)
+
+
+def _with_ends(s: Array, band: ContactBand, chart: Chart) -> Array:
+    """Return places along a ridge, with those beyond both ends as far away as the next ones inside,
+    or at the rim of the face."""
+    points, across = band.at(s[[0, -1]])
+    out = np.array([[1.0], [-1.0]]) * across[:, ::-1] * [1.0, -1.0]
+    room = [_room(chart, *each) for each in zip(points, out, strict=True)]
+    first, last = np.minimum(room, [s[1] - s[0], s[-1] - s[-2]]).tolist()
+    return np.asarray(np.unique([s[0] - first, *s, s[-1] + last]))
 
 
 def _bent(band: ContactBand, piece: tuple[float, float], level: int, chart: Chart) -> bool:

@@ -64,24 +64,33 @@ def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
     They are compared with all panels in contact, which `contact` marks, that are near: a narrow
     contact that ends at the rim of its face may lie between the nodes of a panel beyond it.
     """
-    panels, nodes = np.flatnonzero(~contact), np.flatnonzero(contact[mesh.element])
-    vectors, middle = sides(mesh), np.nanmean(mesh.corners, axis=1)
+    vectors = sides(mesh)
     length = np.linalg.norm(vectors, axis=2)
-    near = scipy.spatial.cKDTree(mesh.x[nodes]).query_ball_point(
-        middle[panels], 2.0 * length[panels].sum(axis=1)
-    )
+    own, node, distance = _near(mesh, vectors, contact)
+    nearby = mesh.element[node]
+    axis = matched(vectors[own], vectors[nearby])
+    reference = np.take_along_axis(length[nearby], axis, axis=1)
+    allowed = smallest_by(own, distance[:, None] + GROWTH * reference, mesh.n_elements)
+    return np.asarray(length > allowed)
+
+
+def _near(mesh: SurfaceMesh, vectors: Array, contact: Mask) -> tuple[Index, Index, Array]:
+    """Return panels off the contact, nodes in contact that are as near as these are long, and their
+    distances from the rectangles that hold the nodes of panels, (k,) each [length]."""
+    panels, nodes = np.flatnonzero(~contact), np.flatnonzero(contact[mesh.element])
+    middle, local = np.nanmean(mesh.corners, axis=1), np.linalg.pinv(vectors)
+    reach = 2.0 * np.linalg.norm(vectors, axis=2).sum(axis=1)[panels]
+    near = scipy.spatial.cKDTree(mesh.x[nodes]).query_ball_point(middle[panels], reach)
     own = np.repeat(panels, [len(each) for each in near])
     node = nodes[np.fromiter(itertools.chain.from_iterable(near), dtype=int)]
-    away, nearby = mesh.x[node] - middle[own], mesh.element[node]
-    local = np.linalg.pinv(vectors)
-    place = np.einsum("nd,ndk->nk", away, local[own])
-    inner = np.einsum("nd,ndk->nk", mesh.x - middle[mesh.element], local[mesh.element])
-    most = largest_by(mesh.element, np.abs(inner), mesh.n_elements, 0.0)[own]
-    away -= np.einsum("nk,nkd->nd", np.clip(place, -most, most), vectors[own])
-    reference = np.take_along_axis(length[nearby], matched(vectors[own], vectors[nearby]), axis=1)
-    distance = np.linalg.norm(away, axis=1)[:, None]
-    allowed = smallest_by(own, distance + GROWTH * reference, mesh.n_elements)
-    return np.asarray(length > allowed)
+
+    def place(x: Array, panel: Index) -> Array:
+        return np.asarray(np.einsum("nd,ndk->nk", x - middle[panel], local[panel]))
+
+    most = largest_by(mesh.element, np.abs(place(mesh.x, mesh.element)), mesh.n_elements, 0.0)[own]
+    inner = np.clip(place(mesh.x[node], own), -most, most)
+    nearest = middle[own] + np.einsum("nk,nkd->nd", inner, vectors[own])
+    return own, node, np.linalg.norm(mesh.x[node] - nearest, axis=1)
 
 
 def wider_than(mesh: SurfaceMesh, spots: Sequence[tuple[Array, float]]) -> Mask:

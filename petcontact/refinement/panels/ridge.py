@@ -184,7 +184,8 @@ class _Line:
 
     def along(self, sign: float) -> Array:
         """Return what is seen one way from the start, (n, 4), up to the rim or a jump."""
-        room = self._room(sign * self._way)
+        # how far the start may go
+        room = self._chart.room(self._place, sign * self._way) * (1.0 - 1e-12)
         rows = self.seen(sign * np.append(np.arange(self.step, room, self.step), room))
         t, last, curvature, _ = self.seen(np.zeros(1))[0].tolist()
         before, drop = last, NEAR * curvature * self.step**2
@@ -196,14 +197,6 @@ class _Line:
                     return np.concatenate([rows[:k], self._before(t, t + share * (there - t))])
             drop, before, last, t = max(drop, change), last, value, there
         return rows
-
-    def _room(self, way: Array) -> float:
-        """Return how far the start may go along a way to the rim of the face [length]."""
-        low, high = self._chart.low, self._chart.high
-        with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(way > SINGLE, (high - self._place) / way, np.inf)
-            room = np.minimum(room, np.where(way < -SINGLE, (low - self._place) / way, np.inf))
-        return float(room.min()) * (1.0 - 1e-12)
 
     def _before(self, start: float, end: float) -> Array:
         """Return what is seen just before a jump, (1, 4), or nothing."""

@@ -112,6 +112,8 @@ def test_the_ridge_of_a_crown_has_its_direction(angle):
         "where(abs(0.8*x + 0.6*y) <= 0.5, (0.8*y - 0.6*x)**2/0.05, 1)",
         "(x - 0.3)**2/0.05",
         "10*x**2 + 0.025*y**2",
+        "(x - 3)**2/0.05",
+        "(x - 2.999)**2/0.05",
     ],
 )
 def test_panels_fill_the_face_once(text, level):
