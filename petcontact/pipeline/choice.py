@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Mask
 from ..errors import InputError
 from ..given.interface_data import PosedInterface
 from ..given.posed import Posed
+from ..given.sites import Sites
 from ..given.tables.solver_options import Bem
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -399,24 +401,37 @@ def posed_memory(posed: Posed, meshes: Sequence[BoundaryMesh], directions: int) 
 def suitable_bem(posed: Posed, meshes: Sequence[BoundaryMesh]) -> Bem:
     """`[bem]` of a problem, dense where a part in space is the secondary of two interfaces.
 
-    Compressed surfaces are made for such parts where no node has something opposite twice, as a
-    roller between two plates in opposite directions, and only for Newton's method. A storage that
-    is named stays.
+    Compressed surfaces are made for such parts where no node has something opposite twice, and only
+    for Newton's method. A storage that is named stays.
     """
     sides, bem = posed.interfaces, posed.bem
     twice = meshes[0].dim > 2 and any(
         one.ends[0] == other.ends[0]
-        and not (posed.method.resolved_name == "semismooth-newton" and _are_opposite(one, other))
+        and not (
+            posed.method.resolved_name == "semismooth-newton"
+            and _are_apart(meshes[one.body], one, other)
+        )
         for one, other in itertools.combinations(sides, 2)
     )
     return bem.model_copy(update={"mat_type": "dense"}) if twice and bem.mat_type == "auto" else bem
 
 
-def _are_opposite(one: PosedInterface, other: PosedInterface) -> bool:
-    """Return whether bodies are met by one part in opposite directions."""
-    if None in (one.primary, other.primary) or one.direction is None or other.direction is None:
-        return False
-    return bool(np.linalg.norm(one.direction + other.direction) < SINGLE)
+def _are_apart(mesh: BoundaryMesh, one: PosedInterface, other: PosedInterface) -> bool:
+    """Return whether no node of a part meets two things: those of one contact, of which each node
+    takes one, tools beside one another, and two plates around a roller."""
+    a, b = one.direction, other.direction
+    if one.group == other.group or not np.any(_meets(mesh, one) & _meets(mesh, other)):
+        return True
+    bodies = one.primary is not None and other.primary is not None
+    return bodies and a is not None and b is not None and bool(np.linalg.norm(a + b) < SINGLE)
+
+
+def _meets(mesh: BoundaryMesh, side: PosedInterface) -> Mask:
+    """Return which nodes of a secondary (m,) may have something opposite."""
+    nodes = mesh.nodes_of(side.part)
+    if side.primary is not None or side.law.gap is None:
+        return np.ones(len(nodes), dtype=bool)
+    return np.isfinite(side.law.gap.near(Sites(mesh.x[nodes], mesh.normal[nodes]), np.inf))
 
 
 def contact_sizes(posed: Posed, meshes: Sequence[BoundaryMesh]) -> tuple[list[int], int]:

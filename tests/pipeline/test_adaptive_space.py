@@ -107,6 +107,29 @@ def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
     assert both.max() > 0.0
 
 
+@pytest.mark.parametrize("together", [True, False])
+def test_tools_beside_one_another_press_on_compressed_surfaces(together, monkeypatch):
+    """No node has two of them opposite: two rollers on one plate need no dense operators, which took
+    five times as long and left no time for a second mesh."""
+    compressed_from(10, "hmatrix", monkeypatch)
+    held, mesh = moved("bottom", [0.0] * 3), {"element_size": 0.25, "order": 1}
+    block = solid("block", cuboid([0.0] * 3, [1.0] * 3), held, mesh=mesh)
+    balls = [
+        {"name": name, "shape": "sphere", "centre": [x, 0.5, 1.15], "radius": 0.2}
+        for name, x in (("left", 0.25), ("right", 0.75))
+    ]
+    upwards = {"secondary": "block.top", "direction": [0.0, 0.0, 1.0]}
+    contact = [upwards | {"name": ball["name"], "primary": ball["name"]} for ball in balls]
+    if together:
+        contact = [upwards | {"name": "both", "primary": ["left", "right"]}]
+    data = {"body": [block], "obstacle": balls, "contact": contact}
+    found = solve(problem(**data))
+    dense = solve(problem(**data, bem={"mat_type": "dense"}))
+    assert "hmatrix" in found.provenance.solver and "hmatrix" not in dense.provenance.solver
+    forces = [[pair.force[2] for pair in each.pairs.values()] for each in (found, dense)]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-3) and max(forces[0]) < 0.0
+
+
 def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
     """No node of the first panels in contact faces it there: that was taken for no contact."""
     ball = [
