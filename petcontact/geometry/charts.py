@@ -49,12 +49,17 @@ class Chart:
         with np.errstate(invalid="ignore"):
             return np.asarray(ways / np.linalg.norm(ways, axis=2, keepdims=True))
 
+    @property
+    def slack(self) -> float:
+        """Distance up to which points are one [length]."""
+        return SINGLE * float((self.high - self.low).max())
+
     def room(self, place: Array, way: Array) -> float:
         """Return how far a point (2,) may go along a unit vector to the rim [length]."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(way > SINGLE, (self.high - place) / way, np.inf)
-            room = np.minimum(room, np.where(way < -SINGLE, (self.low - place) / way, np.inf))
-        return float(room.min())
+            room = np.where(way > 0.0, self.high - place, self.low - place) / way
+        least = float(room[np.abs(way) > SINGLE].min())
+        return least if least > self.slack else 0.0
 
     def normal(self, place: Array) -> Array:
         """Return outward unit normals (n, 3) at coordinates (n, 2)."""

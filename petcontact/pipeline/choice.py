@@ -20,7 +20,6 @@ from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..record import record
-from ..round_off import SINGLE
 from ..runtime.memory import physical_memory
 from ..runtime.petsc import given_options, option
 from ..untyped import Keyed
@@ -418,20 +417,17 @@ def suitable_bem(posed: Posed, meshes: Sequence[BoundaryMesh]) -> Bem:
 
 def _are_apart(mesh: BoundaryMesh, one: PosedInterface, other: PosedInterface) -> bool:
     """Return whether no node of a part meets two things: those of one contact, of which each node
-    takes one, tools beside one another, and two plates around a roller."""
-    a, b = one.direction, other.direction
-    if one.group == other.group or not np.any(_meets(mesh, one) & _meets(mesh, other)):
-        return True
-    bodies = one.primary is not None and other.primary is not None
-    return bodies and a is not None and b is not None and bool(np.linalg.norm(a + b) < SINGLE)
+    takes one, tools beside one another, and plates on both sides of a roller."""
+    return one.group == other.group or not np.any(_meets(mesh, one) & _meets(mesh, other))
 
 
 def _meets(mesh: BoundaryMesh, side: PosedInterface) -> Mask:
     """Return which nodes of a secondary (m,) may have something opposite."""
-    nodes = mesh.nodes_of(side.part)
-    if side.primary is not None or side.law.gap is None:
-        return np.ones(len(nodes), dtype=bool)
-    return np.isfinite(side.law.gap.near(Sites(mesh.x[nodes], mesh.normal[nodes]), np.inf))
+    x, normal = (values[mesh.nodes_of(side.part)] for values in (mesh.x, mesh.normal))
+    if side.obstacle is not None and side.law.gap is not None:
+        return np.isfinite(side.law.gap.near(Sites(x, normal), np.inf))
+    faces = side.primary is None or side.direction is None or normal @ side.direction > 0.0
+    return np.broadcast_to(faces, len(x))
 
 
 def contact_sizes(posed: Posed, meshes: Sequence[BoundaryMesh]) -> tuple[list[int], int]:

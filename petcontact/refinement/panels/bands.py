@@ -85,7 +85,7 @@ def _laid(chart: Chart, band: ContactBand, level: int) -> Array | None:
     lines[(lines < low).any(axis=1)], lines[(lines > high).any(axis=1)] = low, high
     lines = np.unique(lines, axis=0)
     grid = ridge + twice_as_fine(lines)[..., None] * across
-    outside = np.any((grid < chart.low - _slack(chart)) | (grid > chart.high + _slack(chart)))
+    outside = np.any((grid < chart.low - chart.slack) | (grid > chart.high + chart.slack))
     if outside or not band.straight:
         return None
     width = (MARGIN - 1.0) * band.widest
@@ -104,16 +104,7 @@ def _room_across(chart: Chart, place: Array, across: Array) -> tuple[float, floa
     """
     if np.abs(across).max() < 1.0 - SINGLE:
         return -math.inf, math.inf
-    return -_room(chart, place, -across), _room(chart, place, across)
-
-
-def _room(chart: Chart, place: Array, way: Array) -> float:
-    room = chart.room(place, way)
-    return room if room > _slack(chart) else 0.0
-
-
-def _slack(chart: Chart) -> float:
-    return SINGLE * float((chart.high - chart.low).max())
+    return -chart.room(place, -across), chart.room(place, across)
 
 
 def _across(level: int) -> Array:
@@ -147,7 +138,7 @@ def _with_ends(s: Array, band: ContactBand, chart: Chart) -> Array:
     or at the rim of the face."""
     points, across = band.at(s[[0, -1]])
     out = np.array([[1.0], [-1.0]]) * across[:, ::-1] * [1.0, -1.0]
-    room = [_room(chart, *each) for each in zip(points, out, strict=True)]
+    room = [chart.room(*each) for each in zip(points, out, strict=True)]
     first, last = np.minimum(room, [s[1] - s[0], s[-1] - s[-2]]).tolist()
     return np.asarray(np.unique([s[0] - first, *s, s[-1] + last]))
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask, largest_by, smallest_by
+from ...arrays import Array, Index, Mask, smallest_by
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from .cut_directions import matched, sides
@@ -61,36 +61,22 @@ def facing(secondary: Part, primary: Part, direction: Array | None) -> tuple[Ind
 def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
     """Return along which coordinates panels off the contact are too long, (n_elements, 2).
 
-    They are compared with all panels in contact, which `contact` marks, that are near: a narrow
-    contact that ends at the rim of its face may lie between the nodes of a panel beyond it.
+    They are compared with all panels in contact, which `contact` marks, that are as near as they
+    are long: of a narrow contact that ends at the rim of its face others may be nearer.
     """
-    vectors = sides(mesh)
+    vectors, touching = sides(mesh), contact[mesh.element]
     length = np.linalg.norm(vectors, axis=2)
-    own, node, distance = _near(mesh, vectors, contact)
-    nearby = mesh.element[node]
-    axis = matched(vectors[own], vectors[nearby])
-    reference = np.take_along_axis(length[nearby], axis, axis=1)
-    allowed = smallest_by(own, distance[:, None] + GROWTH * reference, mesh.n_elements)
-    return np.asarray(length > allowed)
-
-
-def _near(mesh: SurfaceMesh, vectors: Array, contact: Mask) -> tuple[Index, Index, Array]:
-    """Return panels off the contact, nodes in contact that are as near as these are long, and their
-    distances from the rectangles that hold the nodes of panels, (k,) each [length]."""
-    panels, nodes = np.flatnonzero(~contact), np.flatnonzero(contact[mesh.element])
-    middle, local = np.nanmean(mesh.corners, axis=1), np.linalg.pinv(vectors)
-    reach = 2.0 * np.linalg.norm(vectors, axis=2).sum(axis=1)[panels]
-    near = scipy.spatial.cKDTree(mesh.x[nodes]).query_ball_point(middle[panels], reach)
-    own = np.repeat(panels, [len(each) for each in near])
+    own, nodes = mesh.element[~touching], np.flatnonzero(touching)
+    near = scipy.spatial.cKDTree(mesh.x[nodes]).query_ball_point(
+        x := mesh.x[~touching], length[own].max(axis=1)
+    )
+    row = np.repeat(np.arange(len(own)), [len(each) for each in near])
     node = nodes[np.fromiter(itertools.chain.from_iterable(near), dtype=int)]
-
-    def place(x: Array, panel: Index) -> Array:
-        return np.asarray(np.einsum("nd,ndk->nk", x - middle[panel], local[panel]))
-
-    most = largest_by(mesh.element, np.abs(place(mesh.x, mesh.element)), mesh.n_elements, 0.0)[own]
-    inner = np.clip(place(mesh.x[node], own), -most, most)
-    nearest = middle[own] + np.einsum("nk,nkd->nd", inner, vectors[own])
-    return own, node, np.linalg.norm(mesh.x[node] - nearest, axis=1)
+    panel, nearby = own[row], mesh.element[node]
+    axis = matched(vectors[panel], vectors[nearby])
+    reference = np.take_along_axis(length[nearby], axis, axis=1)
+    distance = np.linalg.norm(x[row] - mesh.x[node], axis=1)[:, None]
+    return np.asarray(length > smallest_by(panel, distance + GROWTH * reference, mesh.n_elements))
 
 
 def wider_than(mesh: SurfaceMesh, spots: Sequence[tuple[Array, float]]) -> Mask:
