@@ -3,7 +3,7 @@
 Stress is sampled on the boundary, below every contact and all over the body. The largest that has a
 bound is the largest of those samples that are tops: no sample within half its distance from the
 next place without a bound is larger. It is climbed to its top. Beside a place without a bound
-stress is told at the place's stated distance, unless it is known that K r^(λ-1) adds nothing there.
+stress is told at the place's stated distance.
 """
 
 from __future__ import annotations
@@ -43,9 +43,6 @@ def stress_peaks(solution: Evaluated, ends: Sequence[StepResult] | None = None) 
     with np.errstate(all="ignore"):
         ends = step_ends(solution.steps or solution.tried) if ends is None else ends
         samples = [Samples(solution, body, step) for step in ends for body in solution.meshes]
-        bounds = [float(top.value[0]) for top in _tops(samples, "von_mises") if top]
-        for some in samples:
-            some.settle(max(bounds, default=0.0))
         return [number for name in QUANTITIES for number in _largest(samples, name)]
 
 

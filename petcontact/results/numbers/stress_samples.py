@@ -18,15 +18,11 @@ from ..records import StepResult
 from ..strength.place import Place
 from ..strength.singular_places import singular_places
 from ..strength.strengths import (
-    ADDS,
     AROUND,
     RING,
     TOP,
-    Fit,
     growth,
-    known,
     level,
-    told_at,
     tops,
 )
 from .number import Number
@@ -58,23 +54,15 @@ ROUND = 25
 """Places on the arc about a place without a bound, first from side to side, then about the best."""
 
 
-def _power(fits: Sequence[Fit]) -> float:
-    """The power of the distance with which what grows most does so [-]."""
-    return min(fit.power for fit in fits)
-
-
 class Samples(Keeping):
     """Stress of a body after a step at samples: on its boundary first, then inside."""
 
     def __init__(self, solution: Evaluated, body: str, step: StepResult) -> None:
         self._solution, self.body, self._step = solution, body, step
         self._fields = solution.body_fields(body, step)
-        self.places = singular_places(solution, step)[body]
         self._near = dict[Hashable, StressState]()
         self._found = dict[str, Array]()
-        mesh = self._fields.mesh
-        self._reach = {each: each.reach(mesh) for each in self.places}
-        self._cores = dict[Place, float]()
+        mesh, places = self._fields.mesh, singular_places(solution, step)[body]
         element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
         inside = inside[~self._too_near(inside)]
@@ -83,7 +71,7 @@ class Samples(Keeping):
             self._states.append(self._fields.at(inside, outside=np.nan))
         self._x = np.vstack([state.x for state in self._states])
         self._away = np.min(
-            [np.full(len(self._x), np.inf), *(place.away(self._x) for place in self.places)],
+            [np.full(len(self._x), np.inf), *(place.away(self._x) for place in places)],
             axis=0,
         )
         u, material = self._fields.found.u, self._fields.body.material
@@ -92,48 +80,31 @@ class Samples(Keeping):
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
         # a rigid motion leaves round-off of E times displacement over the size of the body
         self._least = max(NOTHING * largest, SUMMED * material.young_modulus * strain)
+        self._reach = {each: each.reach(mesh) for each in filter(self._grows, places)}
 
     @property
     def fields_known(self) -> bool:
         """Whether stress inside the body is known."""
         return self._fields.known
 
-    def settle(self, bound: float) -> None:
-        """Find the places where stress has no bound, beside the largest von Mises stress elsewhere.
+    def _grows(self, place: Place) -> bool:
+        """Whether stress may grow towards a place.
 
-        These leave out what is nearer than where the stress beside them is told, or in elements
-        that end there. Of others it is known that no more than `ADDS` grows up to there. They leave
-        out what lies so near that more may, if elements are smaller than that."""
-        for place in self.places:
-            own = known(self._solution, self._step, place)
-            if not own or len(own) < sum(len(each.modes) for each in place.expansions):
-                continue
-            ring = self._ring("von_mises", place) - told_at(own, "von_mises")
-            most = ADDS * max(bound, self._least, ring)
-            grown = min(self._gained(place, own), sum(fit.most for fit in own))
-            if grown <= most:
-                del self._reach[place]
-                core = place.distance * (grown / (most or 1.0)) ** (-1.0 / _power(own))
-                if place.end_size(self._fields.mesh) < core:
-                    self._cores[place] = core
-
-    def _gained(self, place: Place, own: Sequence[Fit]) -> float:
-        """What may grow towards a place as some fits do, at its distance, by how much more stress
-        is in the elements that end there than on the mesh before: where these are half as large it
-        is 2^-power times as large. Where they are no smaller it is not known."""
+        It does by what its sides do, but where the elements that end there have the same stress as
+        larger ones on the mesh before. How much K adds does not count: that is known only to its
+        error, which differs from mesh to mesh."""
         rows = np.flatnonzero(np.isin(self._element, place.elements))
+        now = self._values("von_mises")[rows]
         coarser, at = self._solution.coarser, (self._step.step, self._step.cycle)
         ends = [each for each in coarser.steps if (each.step, each.cycle) == at] if coarser else []
-        if coarser is None or not ends or not len(rows):
-            return np.inf
+        if coarser is None or not ends or not now.any():
+            return bool(now.any() or not len(rows))
         other, size = coarser.meshes[self.body], sizes(self._fields.mesh)[self._element[rows]]
         element, there = located(other, self._x[rows], within=sizes(other))
         if (element < 0).any() or (size > SMALLER * sizes(other)[element]).any():
-            return np.inf
+            return True
         before = coarser.body_fields(self.body, ends[-1]).on_boundary(element, there).von_mises
-        gain = np.abs(self._values("von_mises")[rows] - before).max()
-        power = _power(own)
-        return float(gain * (place.distance / size.max()) ** power / (2.0**-power - 1.0))
+        return bool((np.abs(now - before) > self._least).any())
 
     def endless(self, key: str) -> list[tuple[float, Place]]:
         """Return the largest stress at samples about each place without a bound, and the place."""
@@ -308,9 +279,9 @@ class Samples(Keeping):
 
     def _leaves_out(self, x: Array, times: float) -> Mask:
         """Which points (q, d) lie nearer to places without a bound than some times the distance at
-        which stress is told, or next to elements that end there, or in the cores of others."""
+        which stress is told, or next to elements that end there."""
         beside = {place: max(reach, times * place.distance) for place, reach in self._reach.items()}
-        left_out = (place.away(x) < reach for place, reach in (beside | self._cores).items())
+        left_out = (place.away(x) < reach for place, reach in beside.items())
         return np.asarray(np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
 
     def _values(self, key: str) -> Array:

@@ -91,13 +91,6 @@ class Fit:
         return abs(self.value) * _amplitude(*of, key, sign)
 
     @property
-    def most(self) -> float:
-        """The largest that the von Mises stress may be that grows, where stress is told."""
-        of = self.expansion, self.mode, self.place.angle, self.across
-        size = (abs(self.value) + self.spread) * self.place.distance**self.power
-        return float(size * _amplitude(*of, "von_mises", 1.0))
-
-    @property
     def unit(self) -> float:
         """What K is told over: of a crack the stress intensity factor is √(2π) times as large."""
         return CRACK if self.is_crack else 1.0
