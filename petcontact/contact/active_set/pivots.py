@@ -173,7 +173,7 @@ def pivots(
             sigma, alpha = search.sigma, search.alpha
         else:
             signature = linearised.states.tobytes() + np.sign(linearised.constant).tobytes()
-            if len(law.groups) > 1 or signature in seen_sets:
+            if not len(wrong) or len(law.groups) > 1 or signature in seen_sets:
                 return "the sets repeat"
             seen_sets.add(signature)
             tau = tau.copy()
