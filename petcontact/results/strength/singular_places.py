@@ -30,7 +30,7 @@ from ...refinement.corner_modes import (
     joint_expansions,
     shear_expansion,
 )
-from ...refinement.panels.edges import SMOOTH
+from ...refinement.panels.edges import SMOOTH, TOGETHER
 from ...refinement.singular_points import kinds_seen
 from ...round_off import SINGLE
 from ..evaluated import NOWHERE, Evaluated
@@ -69,10 +69,11 @@ def all_places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Pl
 
 def _places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place]], ...]:
     """The places of each body, and those where stress is told as a value."""
-    bodies = {name: _Body(solution, name, step) for name in solution.meshes}
+    bodies = dict[str, _Body]()
+    bodies |= {name: _Body(solution, name, step, bodies) for name in solution.meshes}
     places = {name: list[Place]() for name in bodies}, {name: list[Place]() for name in bodies}
     for body in bodies.values():
-        found = (body.at_corners(bodies), body.at_edges_of_gaps(), body.at_forces())
+        found = (body.at_corners(), body.at_edges_of_gaps(), body.at_forces())
         for place in itertools.chain(*found):
             places[place.weak][place.body].append(place)
     return places
@@ -81,8 +82,10 @@ def _places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place
 class _Body:
     """A body after an increment: its corners, and what its elements touch."""
 
-    def __init__(self, solution: Evaluated, name: str, step: StepResult) -> None:
-        self._solution, self._step, self._name = solution, step, name
+    def __init__(
+        self, solution: Evaluated, name: str, step: StepResult, bodies: Mapping[str, _Body]
+    ) -> None:
+        self._solution, self._step, self._name, self._bodies = solution, step, name, bodies
         self._mesh: BoundaryMesh = solution.meshes[name]
         self._body = solution.posed.bodies[list(solution.meshes).index(name)]
         self._conditions: Mapping[str, Condition] = self._body.conditions[step.step - 1]
@@ -204,7 +207,7 @@ class _Body:
             core_of(x, (does,)),
         )
 
-    def at_corners(self, bodies: Mapping[str, _Body]) -> Iterator[Place]:
+    def at_corners(self) -> Iterator[Place]:
         """Yield its corners that have no bound, and what they press on smooth sides of others."""
         corners = self._corners
         for number in range(len(corners.x)):
@@ -212,7 +215,7 @@ class _Body:
             if not angle > 0.0:  # elements of an altered file may lie on one another
                 continue
             first, does = self._sides(number)
-            own, under = self._expansion(angle, x, does, bodies)
+            own, under = self._expansion(angle, x, does)
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self._mesh, *data, corners, number, (first, 1 - first), does)
@@ -271,12 +274,24 @@ class _Body:
             ("beside", number, side, reach), lambda: nodes_beside(mesh, ends, part, element, reach)
         )
         touched = self._touched(nodes, along, across)
+        if isinstance(touched, Touching) and not self._reaches(number, touched):
+            return FREE
         if touched is not None:
             return touched
         condition = self._conditions.get(part)
         # what is periodic goes on in the next cell
         periodic = isinstance(condition, Periodic)
         return SLIDING if periodic else kinds_seen(condition, along, across)[0]
+
+    def _reaches(self, number: int, closed: Touching) -> bool:
+        """Whether the part that a side of a corner touches reaches the corner, along the normal."""
+        partner, x = closed.partner, self._corners.x[number]
+        if not partner.body:
+            return True
+        off = self._bodies[partner.body].opposite(x, partner.part, closed.normal)[0] - x
+        off -= (off @ closed.normal) * closed.normal
+        edge = float(np.linalg.norm(np.diff(self._corners.ends[number], axis=0)))
+        return float(np.linalg.norm(off)) <= max(TOGETHER * edge, SINGLE * self._whole)
 
     def _is_closed(self) -> Mask:
         """Which nodes are in contact that is closed."""
@@ -298,7 +313,7 @@ class _Body:
         return touched(self._mesh, traction, self._partners[number], nodes, self._row[nodes], frame)
 
     def _expansion(
-        self, angle: float, x: Array, does: tuple[Does, Does], bodies: Mapping[str, _Body]
+        self, angle: float, x: Array, does: tuple[Does, Does]
     ) -> tuple[Expansion, Place | None]:
         """How stress in the plane grows towards a corner; where it presses on the smooth side of
         another body, the place there."""
@@ -309,7 +324,7 @@ class _Body:
         alone = corner_expansion(angle, self.kappa, first.kind, kind_of(second), pressed)
         if not to.body or isinstance(second, Touching):
             return alone, None
-        other = bodies[to.body]
+        other = self._bodies[to.body]
         opposite, beside, place = other.facing(x, first)
         if FREE not in (second, beside):
             return alone, None
@@ -344,13 +359,17 @@ class _Body:
         contact does; where there is none those of a smooth free side, and the place on it that the
         point faces."""
         corners, part, normal = self._corners, closed.partner.part, closed.normal
-        key = "opposite", part, x.tobytes(), normal.tobytes()
-        foot, elements, number = self._mesh.once(key, lambda: self._opposite(x, part, normal))
+        foot, elements, number = self.opposite(x, part, normal)
         if number is not None:
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
             return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None
         return math.pi, FREE, self._smooth_place(foot, elements, closed)
+
+    def opposite(self, x: Array, part: str, normal: Array) -> tuple[Array, Index, int | None]:
+        """Return `_opposite`, looked for once on a mesh."""
+        key = "opposite", part, x.tobytes(), normal.tobytes()
+        return self._mesh.once(key, lambda: self._opposite(x, part, normal))
 
     def _opposite(self, x: Array, part: str, normal: Array) -> tuple[Array, Index, int | None]:
         """The foot on a part of the point that a corner of another body faces, the elements that
