@@ -36,6 +36,7 @@ from ...round_off import SINGLE
 from ..evaluated import NOWHERE, Evaluated
 from ..records import StepResult
 from .corners import Corners, corners_of
+from .opposite import opposite
 from .place import SHARE, Place
 from .touching import (
     MISMATCH,
@@ -86,14 +87,14 @@ class _Body:
         self, solution: Evaluated, name: str, step: StepResult, bodies: Mapping[str, _Body]
     ) -> None:
         self._solution, self._step, self._name, self._bodies = solution, step, name, bodies
-        self._mesh: BoundaryMesh = solution.meshes[name]
+        self.mesh: BoundaryMesh = solution.meshes[name]
         self._body = solution.posed.bodies[list(solution.meshes).index(name)]
         self._conditions: Mapping[str, Condition] = self._body.conditions[step.step - 1]
         self.kappa = 3.0 - 4.0 * self._body.material.plane_strain_ratio
-        self._corners: Corners = self._mesh.once("corners", lambda: corners_of(self._mesh))
-        self._whole = float(np.ptp(self._mesh.x, axis=0).max())
-        self._pair = np.full(self._mesh.n_nodes, -1)
-        self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
+        self._corners: Corners = self.mesh.once("corners", lambda: corners_of(self.mesh))
+        self._whole = float(np.ptp(self.mesh.x, axis=0).max())
+        self._pair = np.full(self.mesh.n_nodes, -1)
+        self._row = np.zeros(self.mesh.n_nodes, dtype=np.int64)
         self._partners = list[Partner]()
         moduli = {body.name: body.material.shear_modulus for body in solution.posed.bodies}
         for posed in solution.posed.interfaces:
@@ -104,10 +105,10 @@ class _Body:
             if secondary == name:
                 nodes, rows, faced = solution.nodes[posed.name], np.arange(len(pair.x)), part
             elif partner == name:
-                nodes, partner = self._mesh.nodes_of(part), secondary
+                nodes, partner = self.mesh.nodes_of(part), secondary
                 other = solution.meshes[secondary]
                 own = other.element[solution.nodes[posed.name]]
-                nodes, rows = facing_nodes(pair, sizes(other)[own], nodes, self._mesh.x[nodes])
+                nodes, rows = facing_nodes(pair, sizes(other)[own], nodes, self.mesh.x[nodes])
             else:
                 continue
             self._pair[nodes], self._row[nodes] = len(self._partners), rows
@@ -133,7 +134,7 @@ class _Body:
         Of a stretch (2, d) of an edge of the other body its length counts, not its points."""
         corners = self._corners
         # of a body of revolution the ring goes on beyond the axis
-        others = np.vstack([*self._mesh.images(x[None]), *(points for points, _ in self._edges)])
+        others = np.vstack([*self.mesh.images(x[None]), *(points for points, _ in self._edges)])
         away = [np.linalg.norm(others - x, axis=1)]
         if stretch is not None:
             length = float(np.linalg.norm(stretch[1] - stretch[0]))
@@ -154,7 +155,7 @@ class _Body:
 
     def at_forces(self) -> Iterator[Place]:
         """Yield the place of each force that acts at a point."""
-        axes = np.eye(self._mesh.dim)
+        axes = np.eye(self.mesh.dim)
         for each in self._body.forces[self._step.step - 1]:
             if np.any(each.force):
                 x = np.array(each.at)
@@ -167,8 +168,8 @@ class _Body:
     def at_edges_of_gaps(self) -> Iterator[Place]:
         """Yield a place for each element in contact beside which an edge of the other body
         presses."""
-        closed, (centre, radius) = np.flatnonzero(self._is_closed()), self._mesh.spheres
-        own = np.unique(self._mesh.element[closed])
+        closed, (centre, radius) = np.flatnonzero(self._is_closed()), self.mesh.spheres
+        own = np.unique(self.mesh.element[closed])
         for points, where in self._edges:
             for piece in pressed_at(points, centre[own], radius[own]):
                 place = self._pressed(*piece, where, closed)
@@ -177,7 +178,7 @@ class _Body:
 
     def _pressed(self, ends: Array, stretch: Array, where: str, closed: Index) -> Place | None:
         """The place at a piece of an edge of the other body, or None where no node is closed."""
-        mesh, x = self._mesh, ends.mean(axis=0)
+        mesh, x = self.mesh, ends.mean(axis=0)
         radius = mesh.spheres[1]
         elements = meeting(mesh, x, float(radius.min()))[1]
         # a jump may lie inside the next element
@@ -218,10 +219,10 @@ class _Body:
             own, under = self._expansion(angle, x, does)
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
-            differ = mismatch(self._mesh, *data, corners, number, (first, 1 - first), does)
+            differ = mismatch(self.mesh, *data, corners, number, (first, 1 - first), does)
             least = (
                 self._felt
-                if np.any(self._pair[self._mesh.first_node[corners.element[number]]] >= 0)
+                if np.any(self._pair[self.mesh.first_node[corners.element[number]]] >= 0)
                 else SINGLE
             )
             expansions = growing(found, differ, least)
@@ -249,12 +250,12 @@ class _Body:
     def _felt(self) -> float:
         """The `mismatch` that counts beside contact."""
         return felt(
-            self._mesh, self._step.bodies[self._name].traction, self._solution.accuracy.error
+            self.mesh, self._step.bodies[self._name].traction, self._solution.accuracy.error
         )
 
     def _part_of(self, element: int) -> str:
         """The name of the part of an element."""
-        return str(self._mesh.part_names[self._mesh.part[element]])
+        return str(self.mesh.part_names[self.mesh.part[element]])
 
     def _sides(self, number: int) -> tuple[int, tuple[Does, Does]]:
         """Which side of a corner is θ = 0, that which is held more, and what both do, first it."""
@@ -267,7 +268,7 @@ class _Body:
 
     def _does(self, number: int, side: int, along: Array, across: Array) -> Does:
         """What a side of a corner does, by its nodes beside it."""
-        corners, mesh = self._corners, self._mesh
+        corners, mesh = self._corners, self.mesh
         ends, element = corners.ends[number], corners.element[number, side]
         part, reach = self._part_of(element), SHARE * self._sizes[number]
         nodes = mesh.once(
@@ -284,18 +285,15 @@ class _Body:
         return SLIDING if periodic else kinds_seen(condition, along, across)[0]
 
     def _reaches(self, number: int, closed: Touching) -> bool:
-        """Whether the part that a side of a corner touches reaches the corner, along the normal."""
-        partner, x = closed.partner, self._corners.x[number]
-        if not partner.body:
-            return True
-        off = self._bodies[partner.body].opposite(x, partner.part, closed.normal)[0] - x
-        off -= (off @ closed.normal) * closed.normal
-        edge = float(np.linalg.norm(np.diff(self._corners.ends[number], axis=0)))
-        return float(np.linalg.norm(off)) <= max(TOGETHER * edge, SINGLE * self._whole)
+        """Whether the part that a side of a corner touches reaches the corner."""
+        to, ends = closed.partner, self._corners.ends[number]
+        slack = max(TOGETHER * float(np.linalg.norm(ends[1] - ends[0])), SINGLE * self._whole)
+        x = self._corners.x[number]
+        return not to.body or opposite(self._bodies[to.body].mesh, x, closed).off <= slack
 
     def _is_closed(self) -> Mask:
         """Which nodes are in contact that is closed."""
-        closed = np.zeros(self._mesh.n_nodes, dtype=bool)
+        closed = np.zeros(self.mesh.n_nodes, dtype=bool)
         for k, partner in enumerate(self._partners):
             own = self._pair == k
             closed[own] = partner.pair.state[self._row[own]] != OPEN
@@ -310,7 +308,7 @@ class _Body:
         nodes = nodes[self._pair[nodes] == number]
         traction = self._step.bodies[self._name].traction
         frame = np.stack([along, across])
-        return touched(self._mesh, traction, self._partners[number], nodes, self._row[nodes], frame)
+        return touched(self.mesh, traction, self._partners[number], nodes, self._row[nodes], frame)
 
     def _expansion(
         self, angle: float, x: Array, does: tuple[Does, Does]
@@ -325,10 +323,10 @@ class _Body:
         if not to.body or isinstance(second, Touching):
             return alone, None
         other = self._bodies[to.body]
-        opposite, beside, place = other.facing(x, first)
+        other_angle, beside, place = other.facing(x, first)
         if FREE not in (second, beside):
             return alone, None
-        angles, kappas = (angle, opposite), (self.kappa, other.kappa)
+        angles, kappas = (angle, other_angle), (self.kappa, other.kappa)
         own, under = joint_expansions(
             angles, kappas, to.stiffer, first.friction, (second, beside), pressed
         )
@@ -338,7 +336,7 @@ class _Body:
         self, number: int, angle: float, first: int, does: tuple[Does, Does]
     ) -> Iterator[Expansion]:
         """How displacements across the plane grow towards a corner, where there are any."""
-        mesh, corners = self._mesh, self._corners
+        mesh, corners = self.mesh, self._corners
         if mesh.components == 2:
             return
         held = list[bool]()
@@ -358,33 +356,17 @@ class _Body:
         """The angle of the corner that a point of the other body faces and what its side off the
         contact does; where there is none those of a smooth free side, and the place on it that the
         point faces."""
-        corners, part, normal = self._corners, closed.partner.part, closed.normal
-        foot, elements, number = self.opposite(x, part, normal)
+        corners, at = self._corners, opposite(self.mesh, x, closed)
+        number = corners.meeting(at.foot, at.elements)
         if number is not None:
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
             return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None
-        return math.pi, FREE, self._smooth_place(foot, elements, closed)
-
-    def opposite(self, x: Array, part: str, normal: Array) -> tuple[Array, Index, int | None]:
-        """Return `_opposite`, looked for once on a mesh."""
-        key = "opposite", part, x.tobytes(), normal.tobytes()
-        return self._mesh.once(key, lambda: self._opposite(x, part, normal))
-
-    def _opposite(self, x: Array, part: str, normal: Array) -> tuple[Array, Index, int | None]:
-        """The foot on a part of the point that a corner of another body faces, the elements that
-        meet there, and the number of the corner that it is."""
-        mesh = self._mesh
-        near = (1.0 + SINGLE) * float(np.linalg.norm(mesh.x[mesh.nodes_of(part)] - x, axis=1).min())
-        across = meeting(mesh, x, near, part)[0] - x
-        if along := float(across @ normal):
-            x = x + normal * float(across @ across) / along
-        foot, elements = meeting(mesh, x, near, part)
-        return foot, elements, self._corners.meeting(foot, elements)
+        return math.pi, FREE, self._smooth_place(at.foot, at.elements, closed)
 
     def _smooth_place(self, x: Array, elements: Index, closed: Touching) -> Place:
         """The place on smooth elements that an edge of the other body presses."""
-        mesh = self._mesh
+        mesh = self.mesh
         outward = float(mesh.normal[mesh.first_node[elements[0]]] @ closed.normal)
         frame = closed.along, math.copysign(1.0, -outward) * closed.normal
         return Place(
