@@ -130,8 +130,8 @@ def hidden_slip(
     """The area that may slip at ends of stick though no node slips, how far it slips, the energy
     that it takes, and what q reaches there: g where stress has no bound.
 
-    Stick ends at such places, within elements in which contact ends, and where q, as a function, is
-    more than g at an end of an element.
+    Stick ends at such places, in elements in or beside which contact ends, and where q, as a
+    function, is more than g at an end of an element.
 
     Beside an end at which q = K/√(2πs) shear up to g slips over a length of π K²/(8 g²), by 2/π
     times that length, g and the compliance (D. S. Dugdale, Yielding of steel sheets containing
@@ -170,7 +170,8 @@ def _ends_of_stick(
     """
     closed, (numbers, row) = pair.state != OPEN, np.unique(mesh.element[nodes], return_inverse=True)
     q, g = _shear_at_ends(mesh, nodes, pair, numbers)
-    endless = np.isin(numbers, elements) | np.isin(np.arange(len(numbers)), row[~closed])
+    ends = _at_ends(mesh, numbers, np.bincount(row, closed) / np.bincount(row))
+    endless = np.isin(numbers, elements) | ends
     for k in np.flatnonzero(endless | (q > g).any(axis=0)).tolist():
         rows = np.flatnonzero((row == k) & closed)
         bound = pair.bound[rows]
@@ -220,6 +221,17 @@ def _pressed(mesh: BoundaryMesh, contact: _Contact) -> Array:
 
 
 @functools.singledispatch
+def _at_ends(mesh: Any, numbers: Index, of_closed: Array) -> Mask:
+    """Which elements have closed and open nodes, or have one kind and adjoin elements of the other:
+    contact may reach into an element of which no node is closed."""
+    every = np.full(mesh.n_elements, np.nan)
+    every[numbers] = of_closed
+    near = [every[each[numbers]] for each in mesh.neighbours()]
+    differ = [np.abs(each - of_closed) == 1.0 for each in near]
+    return np.asarray((of_closed % 1.0 > 0.0) | np.any(differ, axis=0))
+
+
+@functools.singledispatch
 def _shares(mesh: Any, contact: _Contact, inside: Mask, share: Array) -> tuple[Array, Mask]:
     """Return the share of each element that is inside, and in which it is known to a node only."""
     numbers = contact.numbers
@@ -263,7 +275,7 @@ def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> tuple
     parts = [np.bincount(row, pair.weight * each, len(numbers)) for each in (closed, inside)]
     share_inside = np.divide(parts[1], parts[0], out=np.zeros(len(numbers)), where=parts[0] > 0.0)
     of_closed = parts[0] / np.bincount(row, pair.weight)
-    at_edge = _at_edge(mesh, numbers, of_closed)
+    at_edge = _at_ends(mesh, numbers, of_closed)
     mixed = np.flatnonzero(at_edge)
     if len(mixed):
         values = scattered(_distance(contact, closed), contact.nodes, mesh.n_nodes)
@@ -272,8 +284,8 @@ def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> tuple
     return np.asarray(of_closed * share_inside), at_edge
 
 
-def _at_edge(mesh: SurfaceMesh, numbers: Index, of_closed: Array) -> Mask:
-    """Which panels have closed and open nodes, or have one kind and adjoin panels of the other."""
+@_at_ends.register
+def _(mesh: SurfaceMesh, numbers: Index, of_closed: Array) -> Mask:
     result = (of_closed > 0.0) & (of_closed < 1.0)
     whole, none = np.flatnonzero(of_closed == 1.0), np.flatnonzero(of_closed == 0.0)
     if not (len(whole) and len(none)):

@@ -70,28 +70,32 @@ def test_edges_between_nodes_of_two_panels(order, exact, size, half, area):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_what_may_slip_where_q_is_more_than_friction_between_nodes(dim):
-    """Dugdale's length, twice, of one element of which all nodes stick, though g falls below q at
-    its end: it was 0. Nothing may slip where g does not, or where there is no bound."""
+    """Dugdale's length, twice, of half a face of which all nodes stick, though g falls below q at
+    its end, or though contact ends beside it: it was 0. Nothing may slip where neither is so, or
+    where there is no bound."""
     if dim == 3:
-        mesh = box_mesh(BoxSurface(np.zeros(3), np.ones(3)), lambda _: 1.0, 2, 1.0)
+        mesh = box_mesh(BoxSurface(np.zeros(3), np.ones(3)), lambda _: 0.5, 2, 1.0)
     else:
-        ends, none = np.array([[1.0, 0.0], [0.0, 0.0]]), np.zeros(1, dtype=np.int64)
-        arguments = none + 2, none, none - 1, np.zeros(1), ("top",)
-        mesh = CurveMesh(ends[:1], ends[1:], np.zeros(1), *arguments)
+        ends, none = np.array([[1.0, 0.0], [0.5, 0.0], [0.0, 0.0]]), np.zeros(2, dtype=np.int64)
+        arguments = none + 2, none, none - 1, np.zeros(2), ("top",)
+        mesh = CurveMesh(ends[:2], ends[1:], np.zeros(2), *arguments)
     nodes = mesh.nodes_of("top")
-    falls = 0.9 * (mesh.x[nodes, 0] - 0.5)
+    x = mesh.x[nodes, 0]
+    falls = np.where(x > 0.5, 1.8 * (x - 0.75), 0.0)
 
-    def may_slip(bound):
+    def may_slip(bound, closed=1.0):
         pair = SimpleNamespace(
-            state=np.full(len(nodes), STICK),
+            state=np.where(x < closed, STICK, OPEN),
             sigma_t=np.tile(0.25 * np.eye(dim - 1)[:1], (len(nodes), 1)),
             bound=bound,
         )
         return hidden_slip(mesh, nodes, pair, 2.0 / MODULUS, ())
 
-    area, slip, energy, q = may_slip(0.6 - falls)
-    assert area == pytest.approx(2.0 * (0.25 * np.pi * 0.25 / 0.6) ** 2)
-    assert q == pytest.approx(0.25) and energy == pytest.approx(0.6 * slip * area) and slip > 0.0
+    for given in ((0.6 - falls,), (0.6 + 0.0 * x, 0.5)):
+        area, slip, energy, q = may_slip(*given)
+        assert area == pytest.approx((0.25 * np.pi * 0.25 / 0.6) ** 2)
+        assert q == pytest.approx(0.25) and energy == pytest.approx(0.6 * slip * area)
+        assert slip > 0.0
     for bound in (0.8 - falls, np.full(len(nodes), np.inf)):
         assert may_slip(bound) == (0.0, 0.0, 0.0, 0.0)
 
