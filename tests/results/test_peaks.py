@@ -154,6 +154,21 @@ def test_a_corner_is_listed_on_every_mesh_however_small_its_k_is():
         assert {peak.part for peak in peaks if np.isinf(peak.error)} == {"high and low"}
 
 
+def test_the_largest_stress_beside_corners_is_that_of_any_of_them():
+    """A narrow tension lies in the ring of one corner, and the arc about another has more stress
+    than that about this one. Below its top all stress is as large as the tension."""
+    sides = moved("bottom", [0.0, 0.0]), drawn("top", [0.0, "300*(1 - x)"])
+    peak = drawn("right", ["1000/(1 + ((y - 0.15)/5e-4)**2)", 0.0])
+    body = solid("body", rectangle([0, 0], [1, 1]), *sides, peak, drawn("left", [0.0, 0.0]))
+    (largest, *_) = (
+        each
+        for each in adapt(problem(body=[body])).numbers
+        if "first principal stress b" in each.name
+    )
+    assert largest.value[0] == pytest.approx(1000.0, rel=0.02)
+    np.testing.assert_allclose(largest.place, [1.0, 0.15], atol=1e-4)
+
+
 def test_a_body_that_nothing_loads_has_no_stress_and_no_place_without_a_bound():
     sides = moved("bottom", [0.0, 0.0]), drawn("top", [0.0, 0.0])
     peaks = stress_peaks(adapt(problem(body=[solid("block", rectangle([0, 0], [1, 1]), *sides)])))

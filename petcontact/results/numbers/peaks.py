@@ -83,15 +83,18 @@ def _largest(samples: Sequence[Samples], name: str) -> list[Number]:
 
 
 def _beside(at: Sequence[Told], name: str) -> list[Number]:
-    """The largest stress beside the first places, where stress inside the bodies is known."""
-    key, known = QUANTITIES[name], (each[1:] for each in at if each[2].fields_known)
-    tried = list(itertools.islice(known, TRIED))
-    if not tried:
-        return []
-    for some in {own for _, own in tried}:
-        some.look_around([(place, 0.0, place.angle) for place, own in tried if own is some])
-    place, some = max(tried, key=lambda each: each[1].largest_on_arc(key, each[0])[0])
-    return [some.beside(f"{name} stress", key, place)]
+    """The largest stress beside the first places, where stress inside the bodies is known: on their
+    arcs, or at tops up to twice as far away."""
+    key, known = QUANTITIES[name], (each for each in at if each[2].fields_known)
+    tried, found = list(itertools.islice(known, TRIED)), list[Number]()
+    for some in {own for _, _, own in tried}:
+        some.look_around([(place, 0.0, place.angle) for _, place, own in tried if own is some])
+    most = [max(ring, some.largest_on_arc(key, place)[0]) for ring, place, some in tried]
+    for k in np.argsort(-np.array(most), kind="stable").tolist():
+        if not found or most[k] > found[0].size:
+            found.append(tried[k][2].beside(f"{name} stress", key, tried[k][1]))
+            found = [max(found, key=lambda each: each.size)]
+    return found
 
 
 def _without_bound(name: str, endless: Sequence[Told]) -> list[Number]:
