@@ -169,6 +169,26 @@ def test_the_largest_stress_beside_corners_is_that_of_any_of_them():
     np.testing.assert_allclose(largest.place, [1.0, 0.15], atol=1e-4)
 
 
+def test_stress_that_grows_up_to_the_surface_has_no_top_inside():
+    """A narrow tension in the ring of a corner: below it stress was told as an inner maximum, at the
+    rim of the layer that is as thick as elements are: 13 273 where more than 20 000 acts."""
+    ends = {
+        "top": (-1.263, 1.142),
+        "held": (-1.769, -0.623),
+        "slides": (0.0, 0.0),
+        "loaded": (0.928, 0.372),
+        "free": (1.401, 0.866),
+    }
+    sides = [moved("held", [0.0, 0.0]), *(drawn(part, [0.0, 0.0]) for part in ("top", "free"))]
+    sides += [
+        drawn("loaded", [0.0, "-19894/(1 + ((s - 0.1755)/0.00766)**2)"]),
+        {"part": "slides", "condition": "contact", "normal": "bilateral", "friction_bound": 125.7},
+    ]
+    peaks = stress_peaks(adapt(problem(body=[solid("body", outline(**ends), *sides)])))
+    assert not [peak for peak in peaks if "inside" in peak.name]
+    assert max(peak.value[0] for peak in peaks if "beside" in peak.name) > 20_000.0
+
+
 def test_a_body_that_nothing_loads_has_no_stress_and_no_place_without_a_bound():
     sides = moved("bottom", [0.0, 0.0]), drawn("top", [0.0, 0.0])
     peaks = stress_peaks(adapt(problem(body=[solid("block", rectangle([0, 0], [1, 1]), *sides)])))

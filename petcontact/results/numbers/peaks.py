@@ -92,8 +92,8 @@ def _beside(at: Sequence[Told], name: str) -> list[Number]:
     most = [max(ring, some.largest_on_arc(key, place)[0]) for ring, place, some in tried]
     for k in np.argsort(-np.array(most), kind="stable").tolist():
         if not found or most[k] > found[0].size:
-            found.append(tried[k][2].beside(f"{name} stress", key, tried[k][1]))
-            found = [max(found, key=lambda each: each.size)]
+            own = tried[k][2].beside(f"{name} stress", key, tried[k][1])
+            found = [max(own, *found, key=lambda each: each.size)] if found else [own]
     return found
 
 

@@ -241,7 +241,9 @@ class Samples(Keeping):
             step *= 2.0 if leads_on else apart
             if step < FINEST * first:
                 break
-        return value, place
+        # at the rim of what is too near to the surface stress grows on to that
+        at_rim = not part and self._too_near(place + step * ways).any()
+        return None if at_rim else (value, place)
 
     def _ways(self, place: Array, part: str) -> tuple[Array, float]:
         """The ways (k, d) from a place to those of a grid of half width 1, inside or on
