@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 from ..record import record
-from ..round_off import SINGLE, WRITTEN
+from ..round_off import SINGLE, TINY, WRITTEN
 from .revolved.turned_surface import RevolvedSurface
 from .round_surfaces import CylinderSurface, SphereSurface
 from .surface import BOX_PARTS, BoxSurface, face_axes
@@ -32,6 +32,8 @@ class Chart:
         Whether the face is plane.
     wraps : bool
         Whether the ends of u are one line on the face, which then has no rim there.
+    round : bool
+        Whether the face is the disc in the rectangle, a square about 0.
     """
 
     low: Array
@@ -40,14 +42,27 @@ class Chart:
     local: Callable[[Array], Array]
     flat: bool = False
     wraps: bool = False
+    round: bool = False
+
+    def holds(self, place: Array, slack: float) -> Mask:
+        """Return which coordinates (n, 2) are on the face, or at most `slack` beyond its rim."""
+        if self.round:
+            return np.asarray(np.linalg.norm(place, axis=1) <= self.high[0] + slack)
+        inside = (place >= self.low - slack) & (place <= self.high + slack)
+        return np.asarray(inside.all(axis=1))
 
     def tangents(self, place: Array) -> Array:
         """Return unit vectors (2, n, 3) along u and v at coordinates (n, 2), nan where lines of one
         coordinate meet."""
-        step = 1e-5 * float((self.high - self.low).min())
-        ways = [self.at(place + step * unit) - self.at(place - step * unit) for unit in np.eye(2)]
+        ways = self.slopes(place)
         with np.errstate(invalid="ignore"):
             return np.asarray(ways / np.linalg.norm(ways, axis=2, keepdims=True))
+
+    def slopes(self, place: Array) -> Array:
+        """Return how points move with each coordinate at coordinates (n, 2), (2, n, 3) [-]."""
+        step = 1e-5 * float((self.high - self.low).min())
+        ways = [self.at(place + step * unit) - self.at(place - step * unit) for unit in np.eye(2)]
+        return np.array(ways) / (2.0 * step)
 
     @property
     def slack(self) -> float:
@@ -56,6 +71,9 @@ class Chart:
 
     def room(self, place: Array, way: Array) -> float:
         """Return how far a point (2,) may go along a unit vector to the rim [length]."""
+        if self.round:
+            along, beyond = float(place @ way), float(self.high[0] ** 2 - place @ place)
+            return math.sqrt(max(along**2 + beyond, 0.0)) - along
         with np.errstate(divide="ignore", invalid="ignore"):
             room = np.where(way > 0.0, self.high - place, self.low - place) / way
         least = float(room[np.abs(way) > SINGLE].min())
@@ -119,13 +137,80 @@ def _(surface: SphereSurface, part: str, middle: Array | None = None) -> Chart:
     return Chart(np.full(2, -end), np.full(2, end), at, local)
 
 
+@functools.singledispatch
+def disc_of(surface: object, part: str) -> Chart | None:
+    """Return the chart of a part of a surface on which its axis is a point, or None if it has none.
+
+    The coordinates of a point are its distance from there along the face, and its direction.
+    """
+    return None
+
+
+@disc_of.register
+def _(surface: CylinderSurface, part: str) -> Chart | None:
+    if part == "side":
+        return None
+    top = part == "top"
+    frame = surface.start, surface.frame
+    height, radius = surface.height if top else 0.0, surface.radius
+
+    def section(s: Array) -> Array:
+        return np.column_stack([s, np.full(len(s), height)])
+
+    return _around_axis(frame, section, lambda x: x[:, 0], radius, 1.0 if top else -1.0)
+
+
+@disc_of.register
+def _(surface: RevolvedSurface, part: str) -> Chart | None:
+    runs = [run for run in surface.runs if run.part == part]
+    if len(runs) != 1 or surface.angle < 2.0 * math.pi:
+        return None
+    (run,), place = runs, (surface.centre, surface.frame)
+    first, last = run.at(run.ends[[0, -1]])[:, 0] < WRITTEN * run.length
+    if first == last:
+        return None
+    if first:  # the body is on its left
+        return _around_axis(place, run.at, run.nearest, run.length, -1.0)
+    length = run.length
+    return _around_axis(
+        place, lambda s: run.at(length - s), lambda x: length - run.nearest(x), length, 1.0
+    )
+
+
+def _around_axis(
+    place: tuple[Array, Array],
+    section: Callable[[Array], Array],
+    along: Callable[[Array], Array],
+    length: float,
+    up: float,
+) -> Chart:
+    """Return the chart of a line (r, z) from an axis that is turned about it; `up` is 1 if the face
+    looks along the axis, else -1. `place` holds the centre and the frame of `RevolvedSurface`."""
+    (centre, frame), turn = place, np.array([1.0, up])
+
+    def at(uv: Array) -> Array:
+        s = np.linalg.norm(uv, axis=1)
+        r, z = section(np.minimum(s, length)).T
+        way = uv * turn * (r / np.maximum(s, TINY))[:, None]
+        return np.asarray(centre + np.column_stack([way, z]) @ frame)
+
+    def local(x: Array) -> Array:
+        away = (x - centre) @ frame.T
+        r = np.hypot(away[:, 0], away[:, 1])
+        s = along(np.column_stack([r, away[:, 2]]))
+        return np.asarray(away[:, :2] * turn * (s / np.maximum(r, TINY))[:, None])
+
+    z = section(length * np.linspace(0.0, 1.0, 5))[:, 1]
+    ends = np.full(2, length)
+    return Chart(-ends, ends, at, local, flat=bool(np.ptp(z) < WRITTEN * length), round=True)
+
+
 @chart_of.register
 def _(surface: CylinderSurface, part: str, middle: Array | None = None) -> Chart | None:
     if part != "side":
         return None
-    axis = (surface.end - surface.start) / surface.height
     return _turned(
-        (surface.start, np.array([*surface._across(), axis])),
+        (surface.start, surface.frame),
         2.0 * math.pi,
         lambda v: np.column_stack([np.full(len(v), surface.radius), v]),
         lambda section: section[:, 1],

@@ -152,7 +152,7 @@ class CylinderSurface(RoundSurface):
         block = inner + away[:, None, None] * (outer - inner)
         turns = [np.array([[c, s], [-s, c]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
         discs = [square, *(block @ turn for turn in turns)]
-        across = self._across()
+        across = self.frame[:2]
         for disc in discs:
             yield 1, _quadrilaterals(self.end + disc @ across)
             yield 0, _quadrilaterals(self.start + (disc @ across).transpose(1, 0, 2))
@@ -185,12 +185,13 @@ class CylinderSurface(RoundSurface):
             self.start + np.where(np.isnan(away), np.nan, height * axis) + share * away
         )
 
-    def _across(self) -> Array:
-        """Two unit vectors (2, 3) across the axis, right-handed with it."""
+    @property
+    def frame(self) -> Array:
+        """Two unit vectors across the axis, and that along it, right-handed (3, 3)."""
         axis = (self.end - self.start) / self.height
         first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         first /= np.linalg.norm(first)
-        return np.array([first, np.cross(axis, first)])
+        return np.array([first, np.cross(axis, first), axis])
 
 
 GRID = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))

@@ -57,6 +57,12 @@ class Law:
         """Whether a coefficient or a bound is given."""
         return self.friction_coefficient is not None or self.friction_bound is not None
 
+    @property
+    def may_stick(self) -> bool:
+        """Whether there is friction that is not 0 everywhere."""
+        given = self.friction_coefficient, self.friction_bound
+        return any(each is not None and each.source != 0.0 for each in given)
+
 
 @record
 class PosedInterface:

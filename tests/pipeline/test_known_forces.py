@@ -7,7 +7,7 @@ import pytest
 from shapes import cuboid, drawn, moved, problem, rollers, solid, touching
 
 from petcontact import Problem
-from petcontact.pipeline.adapt.banded import Bands
+from petcontact.pipeline.adapt.banded import Bands, zones_of
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.pipeline.adapt.known_forces import known_force
 from petcontact.refinement.panels.bands import banded
@@ -70,7 +70,7 @@ def test_contacts_of_a_loose_body_share_what_it_overlaps():
         ring = solid("ring", block(1.0), *conditions)
         posed = problem(body=[ring], obstacle=rigid, contact=pairs).posed
         low, high = posed.interfaces
-        bands, meshes = Bands(posed), FirstMeshes(posed, 4000).meshes
+        bands, meshes = Bands(posed, 0.05), FirstMeshes(posed, 4000).meshes
         shared.append(bands._shared(low, meshes) & bands._shared(high, meshes))
     assert shared == [{0}, set()]
 
@@ -115,11 +115,11 @@ def test_a_whole_o_ring_has_the_same_band_as_the_plate_below_it():
     ]
     below = {"name": "below", "secondary": "ring.lower", "primary": "plate.top"}
     posed = Problem(body=bodies, contact=[below | {"direction": [0.0, 0.0, -1.0]}]).posed
-    bands, meshes = Bands(posed), FirstMeshes(posed, 4000).meshes
+    bands, meshes = Bands(posed, 0.05), FirstMeshes(posed, 4000).meshes
     long = bands._expected(posed.interfaces[0], 47.0, meshes, None)
-    assert long.ridge.closed and long.band.mirrored == (True, True)
-    for chart, band in zip(long.charts, bands._bands_of(long), strict=True):
-        number = int(band is not long.band)
+    assert long.closed and long.zone.mirrored == (True, True)
+    for chart, band in zip(long.charts, zones_of(long), strict=True):
+        number = int(band is not long.zone)
         body, part = long.side.ends[number]
         assert banded(meshes[body], part, (chart, band, 0)) is not None
         x = chart.at(band.points)
@@ -142,10 +142,10 @@ def test_a_quarter_of_a_block_has_the_band_of_the_whole_one(symmetric):
         tool = {"name": "tool", "displacement": [0.0, 0.0, "free"], "force": force}
         pair = touching("pair", "block.top", "tool", gap=gap)
         posed = problem(body=[block], obstacle=[tool], contact=[pair]).posed
-        made, laid = Bands(posed).first(FirstMeshes(posed, 4000).meshes, 0.05, lambda made: made)
+        made, laid = Bands(posed, 0.05).first(FirstMeshes(posed, 4000).meshes, lambda made: made)
         area = (2.0 - lower[0]) * (2.0 - lower[1])
         assert made[0].weight[made[0].nodes_of("top")].sum() == pytest.approx(area)
-        expected.append(laid.of("pair").band)
+        expected.append(laid.of("pair").zone)
     whole, part = expected
     assert part.widest == pytest.approx(whole.widest, rel=0.02)
     assert part.mirrored == ("front" in symmetric, False)

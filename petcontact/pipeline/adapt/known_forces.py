@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...bem.boundary_data import BoundaryData
-from ...geometry.charts import chart_of
+from ...geometry.charts import chart_of, disc_of
 from ...geometry.rotation import SPACE
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
@@ -41,7 +41,8 @@ def known_force(posed: Posed, side: PosedInterface, meshes: Sequence[SurfaceMesh
 def way_of(posed: Posed, side: PosedInterface) -> Array | None:
     """Return the unit vector (3,) from a secondary to its primary, or None if its face is none that
     is known."""
-    chart = chart_of(posed.boundaries[side.body], side.part)
+    surface = posed.boundaries[side.body]
+    chart = disc_of(surface, side.part) or chart_of(surface, side.part)
     if chart is None or side.direction is not None:
         return None if chart is None else side.direction
     load = load_of(posed, side)

@@ -14,10 +14,10 @@ from ...geometry.charts import Chart
 from ...given.interface_data import PosedInterface
 from ...mesh.surface_mesh import as_surface
 from ...record import field, record, replace
+from ...refinement.panels.bands import LEVELS
 from ...refinement.panels.forecast import WIDER
-from ...refinement.panels.ridge import Ridge
 from ...refinement.panels.rings import SHRINK
-from ...refinement.panels.zone import ContactBand
+from ...refinement.panels.zone import ContactBand, ContactEllipse, Zone, with_stick, zone_of
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from .surface_errors import TailErrors
@@ -33,27 +33,25 @@ which it lies on it [-]."""
 
 @record
 class Long:
-    """A long contact: its interface, the charts of its faces, its ridge, and the expected band."""
+    """A contact with a zone: its interface, the charts of its faces, the zone on the first one, and
+    whether that is a loop."""
 
     side: PosedInterface
     charts: list[Chart]
-    ridge: Ridge
-    band: ContactBand
+    zone: Zone
+    closed: bool = False
+
+    @property
+    def is_band(self) -> bool:
+        return isinstance(self.zone, ContactBand)
 
     def away(self, x: Array) -> Mask:
         """Return which points (n, 3) are away from ends where p is infinite."""
-        return self.is_inside(self.band.coordinates(self.charts[0].local(x))[1])
+        return self.zone.away(self.charts[0].local(x))
 
     def holds(self, x: Array) -> Mask:
-        """Return which points (n, 3) of the first face lie in the band."""
-        return self.band.holds(self.charts[0].local(x))
-
-    def is_inside(self, along: Array) -> Mask:
-        """Return which places along the ridge are a half-width away from ends where p is
-        infinite."""
-        ends = [end for end, here in zip(self.band.ends, self.band.infinite, strict=True) if here]
-        away = [np.abs(along - end) > self.band.widest for end in ends]
-        return np.asarray(np.all(away, axis=0) if away else np.full(len(along), True))
+        """Return which points (n, 3) of the first face lie in the zone."""
+        return self.zone.holds(self.charts[0].local(x))
 
 
 @record
@@ -68,14 +66,14 @@ class LaidBands:
         Lines between the ridge and the edge of each band.
     made : dict of int
         On how many meshes each contact has had a new band.
-    first : int
-        Lines of first bands.
+    most : int
+        Largest number of lines of first bands.
     """
 
     long: dict[str, Long | None] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
     made: dict[str, int] = field(default_factory=dict)
-    first: int = 0
+    most: int = LEVELS - 1
 
     def of(self, name: str) -> Long:
         """Return a long contact that has a band, by its interface."""
@@ -83,18 +81,23 @@ class LaidBands:
         assert long is not None
         return long
 
+    @property
+    def by_change(self) -> bool:
+        """Whether the error is known from changes between bands only, whatever tails say."""
+        return any(self.of(name).is_band for name in self.lines)
+
     def apart(self, before: Solution, after: Solution, errors: TailErrors) -> float:
         """Return the relative error of p and q by their change from one band to the next [-].
 
-        It is infinite unless all contacts that carry anything have bands on both. Ends at which p
-        is infinite are left out.
+        It is infinite unless all contacts that carry anything have bands on both: tails tell the
+        error of rings. Ends at which p is infinite are left out.
         """
         worst = 0.0
         for old, new in zip(step_ends(before.steps), step_ends(after.steps), strict=True):
             for side in after.posed.interfaces:
                 if not new.pairs[side.name].size.any():
                     continue
-                if self.made.get(side.name, 0) < 2:
+                if self.made.get(side.name, 0) < 2 or not self.of(side.name).is_band:
                     return np.inf
                 weight = errors.weight(side, new) * self.of(side.name).away(new.pairs[side.name].x)
                 worst = max(worst, _difference((before, old), (after, new), side, weight))
@@ -106,7 +109,19 @@ class LaidBands:
         return {name: self.of(name).holds for name in self.lines}
 
 
-def followed(long: Long, solution: Solution) -> ContactBand:
+def round_zone(chart: Chart, solution: Solution, name: str, sticks: bool) -> ContactEllipse | None:
+    """Return the ellipse of contact after the last step, with the disc that sticks, or None if
+    contact has another shape; earlier steps lie inside."""
+    pairs = [step.pairs[name] for step in step_ends(solution.steps or solution.tried)]
+    closed = np.any([pair.pressure > 0.0 for pair in pairs], axis=0)
+    last, place = pairs[-1], chart.local(pairs[-1].x)
+    zone = zone_of(place, last.weight, last.pressure, closed)
+    if zone is None or not sticks:
+        return zone
+    return with_stick(zone, place, last.weight, last.state, last.slip_increment)
+
+
+def followed(long: Long, band: ContactBand, solution: Solution) -> ContactBand:
     """Return a band with the widths, the length and the place that a solution has.
 
     Ends that are sharp stay, and the ridge stays parallel to itself.
@@ -115,13 +130,12 @@ def followed(long: Long, solution: Solution) -> ContactBand:
         (step.pairs[long.side.name] for step in step_ends(solution.steps or solution.tried)),
         key=lambda each: float(each.weight @ each.pressure),
     )
-    band = long.band
     across, along = band.coordinates(long.charts[0].local(pair.x))
-    force = pair.weight * pair.pressure * long.is_inside(along)
+    force = pair.weight * pair.pressure * band.is_inside(along)
     if not force.any():
         return band
     off = 0.0 if band.halved else float(force @ across / force.sum())
-    half = _half_widths(long, along, across - off, force)
+    half = _half_widths(long.closed, band, along, across - off, force)
     s, ends = band.s, band.ends
     if not any(band.sharp):
         both = _spread(s, band.load * np.gradient(s)), _spread(along, force)
@@ -131,17 +145,19 @@ def followed(long: Long, solution: Solution) -> ContactBand:
     return replace(band, points=points + off * sides, across=sides, s=s, half=half(s), ends=ends)
 
 
-def _half_widths(long: Long, along: Array, across: Array, force: Array) -> Callable[[Array], Array]:
+def _half_widths(
+    closed: bool, band: ContactBand, along: Array, across: Array, force: Array
+) -> Callable[[Array], Array]:
     """Return the half-width along a ridge, slightly wider than that of forces (n,) at places.
 
     Hertz' slices have ∫ p x²/∫ p = a²/4, and along an ellipse a² is a parabola. Around a closed
     ridge it is a constant and a wave.
     """
-    (low, high), root = long.band.ends, np.sqrt(force)
+    (low, high), root = band.ends, np.sqrt(force)
 
     def basis(s: Array) -> Array:
         share = (s - low) / (high - low)
-        if not long.ridge.closed:
+        if not closed:
             return np.vander(share, 3)
         turn = 2.0 * math.pi * share
         return np.column_stack([np.ones(len(s)), np.cos(turn), np.sin(turn)])

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from ...arrays import Array, Mask
 from ...contact.state import Start
-from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...record import field, record, replace
 from ...refinement.panels.cut_directions import halved
 from ...refinement.panels.panel_cuts import faded, largest, wider_than
 from ...refinement.panels.rings import SHRINK
-from ...refinement.panels.small_contact import SmallContact
 from ...results.records import StepResult, step_ends
 from ...untyped import Keyed
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
@@ -29,7 +27,6 @@ from .budget import budget_of, says_something
 from .cut_panels import PanelCuts, Seen
 from .first_mesh import FirstMeshes
 from .long_contacts import LaidBands
-from .ringed import EllipticContacts, Rings, small_contacts, zone_about
 from .strategy import Estimate, Meshes, Strategy, Tried, Wanted
 from .surface_errors import TailErrors
 
@@ -79,11 +76,9 @@ class PanelMarks:
         Panels of each body that are halved along a coordinate.
     raised : list of (n_elements,) masks
         Panels of each body that get the next order.
-    small : list of (PosedInterface, SmallContact)
-        Contacts that are smaller than their panels.
     follow : bool
         Whether bands or rings along the edges of contacts are laid instead, if they fit.
-    bands, rings : LaidBands, dict of Rings
+    bands : LaidBands
         The bands and rings that meshes have had.
     """
 
@@ -92,10 +87,8 @@ class PanelMarks:
     error: float = math.inf
     cut: list[Mask] = field(default_factory=list)
     raised: list[Mask] = field(default_factory=list)
-    small: list[tuple[PosedInterface, SmallContact]] = field(default_factory=list)
     follow: bool = True
     bands: LaidBands = field(default_factory=LaidBands)
-    rings: Mapping[str, Rings] = field(default_factory=dict)
 
 
 class PanelTails(Strategy[TailEstimate, PanelMarks]):
@@ -115,8 +108,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         bodies = len(posed.bodies)
         self._first = FirstMeshes(posed, budget_of(bodies, wanted.asked).nodes / bodies)
         self._cuts = PanelCuts(posed, self._first, wanted)
-        self._elliptic = EllipticContacts(posed, self._first)
-        self._bands = Bands(posed)
+        self._bands = Bands(posed, wanted.accuracy)
 
     def estimate(self, tried: Tried[PanelMarks], before: TailEstimate | None) -> TailEstimate:
         """Return the error by the tails of a solution, or by its change from the bands before."""
@@ -142,7 +134,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         # rings around one contact mend no error of another one that no node sees; what a band has
         # wrong is known from the next one only, whatever the tails say
         laid: PanelMarks = estimate.tried.meshes.marks
-        off = errors.are_off_contact(estimate.error) and not laid.bands.lines
+        off = errors.are_off_contact(estimate.error) and not laid.bands.by_change
         return replace(
             laid,
             seen=_seen(estimate.tried),
@@ -150,7 +142,6 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
             error=estimate.error,
             cut=list(map(halved, errors.meshes, cut_ones, errors.directional_squares())),
             raised=raised,
-            small=small_contacts(self._posed, errors.solution),
             follow=not off,
         )
 
@@ -183,7 +174,6 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
             error=error,
             cut=marked,
             raised=none,
-            small=small_contacts(self._posed, solution),
             follow=not everywhere,
         )
 
@@ -203,7 +193,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         return Meshes(laid, level, made, exhausted="" if made else refused, start=start)
 
     def _with_bands(self) -> tuple[list[SurfaceMesh], LaidBands]:
-        """Return first meshes with bands, if long contacts are known before a solve."""
+        """Return first meshes with bands, if contacts are known before a solve."""
         if not all(body.mesh.automatic for body in self._posed.bodies):
             return [], LaidBands()
 
@@ -211,7 +201,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
             made, refused = self._cuts.completed(meshes, Seen(), self._bands.faces)
             return [] if refused else made
 
-        return self._bands.first(self._first.meshes, self.wanted.accuracy, completed)
+        return self._bands.first(self._first.meshes, completed)
 
     def _followed(
         self, marks: PanelMarks, errors: TailErrors
@@ -222,23 +212,17 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
             return marks, [], ""
         solution, refused = errors.solution, ""
 
-        def completed(meshes: list[SurfaceMesh], faces: int = 0) -> list[SurfaceMesh]:
+        def completed(meshes: list[SurfaceMesh]) -> list[SurfaceMesh]:
             nonlocal refused
-            made, refused = self._cuts.completed(meshes, marks.seen, faces)
+            made, refused = self._cuts.completed(meshes, marks.seen, self._bands.faces)
             return [] if refused else made
 
-        on_both = functools.partial(completed, faces=self._bands.faces)
         laid = marks.bands
         if not says_something(marks.error):  # first bands show where the next ones lie
-            laid = replace(laid, first=0)
-        made, bands = self._bands.next(laid, solution, self._first.plain, on_both)
-        marks = replace(marks, bands=bands)
-        if made or (bands.lines and refused):  # halving such panels costs more than a band
-            return marks, made, "" if made else refused
-        small = {side.name: zone_about(expected) for side, expected in marks.small}
-        needed = marks.error, self.wanted.accuracy
-        made, rings = self._elliptic.meshes(marks.rings, solution, small, needed, completed)
-        return replace(marks, rings=rings), made, ""
+            laid = replace(laid, most=0)
+        made, bands = self._bands.next(laid, solution, self._first.plain, completed)
+        # halving such panels costs more than a band
+        return replace(marks, bands=bands), made, refused if bands.lines and not made else ""
 
     def _overlapping(self, errors: TailErrors, failed: StepResult) -> list[Mask]:
         """Return the panels of secondaries that overlap most between nodes, (n_elements, 1) for
@@ -302,11 +286,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         Halving is repeated where `_once_more` says so.
         """
         meshes, marked = [as_surface(mesh) for mesh in errors.meshes], marks.cut
-        if marks.small:
-            within = self._within(meshes, marks.small)
-            marked = [mask | more for mask, more in zip(marked, within, strict=True)]
-        else:
-            meshes = self._raised(meshes, marks.raised)
+        meshes = self._raised(meshes, marks.raised)
         made, overlaps, again = list[SurfaceMesh](), errors.overlaps(), True
         while again:
             finer, parent = self._cuts.cut(meshes, marked, marks.seen)
@@ -314,7 +294,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
                 return made, refused
             made = meshes = finer
             marked = [mask[number] for mask, number in zip(marked, parent, strict=True)]
-            marked = self._once_more(meshes, marked, marks.small, overlaps)
+            marked = self._once_more(meshes, marked, overlaps)
             again = errors.solution.kind != "bilateral" and any(mask.any() for mask in marked)
         return made, ""
 
@@ -322,29 +302,18 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
         self,
         meshes: Sequence[SurfaceMesh],
         marked: Sequence[Mask],
-        small: Sequence[tuple[PosedInterface, SmallContact]],
         overlaps: Sequence[Sequence[tuple[Array, float]]],
     ) -> list[Mask]:
         """Return which halves of marked panels are halved again for the same mesh.
 
         They are at rims, where p may be infinite, and longer than the strip in which errors fade
-        out; too long for small contacts; or over narrow overlaps.
+        out, or over narrow overlaps.
         """
-        more = self._within(meshes, small) if small else self._cuts.at_rims(meshes, marked)
+        more = self._cuts.at_rims(meshes, marked)
         return [
             mask | (wider_than(mesh, spots) & panels.any(axis=1, keepdims=True))
             for mask, mesh, spots, panels in zip(more, meshes, overlaps, marked, strict=True)
         ]
-
-    @staticmethod
-    def _within(
-        meshes: Sequence[SurfaceMesh], small: Sequence[tuple[PosedInterface, SmallContact]]
-    ) -> list[Mask]:
-        """Return which panels of secondaries are too long for small contacts, (n_elements, 2)."""
-        marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-        for side, expected in small:
-            marked[side.body] |= expected.too_large(meshes[side.body], side.part)
-        return marked
 
     def _raised(self, meshes: Sequence[SurfaceMesh], raised: Sequence[Mask]) -> list[SurfaceMesh]:
         """Return the meshes with the next order on marked panels and on those that face them."""
@@ -368,17 +337,12 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
 
 
 def _start(marks: PanelMarks, problem: PreparedProblem) -> Start | None:
-    """Return a start from the first increment of the last solution.
-
-    If that mesh was too coarse, the start is closed where contact is expected.
-    """
+    """Return a start that is closed in bands, else that of the first increment of the last
+    solution."""
     if within := marks.bands.places:
         return start_within(problem, within)
     last = marks.seen.last
-    if last is None:
-        zones = ((side.name, zone_about(expected)) for side, expected in marks.small)
-        return start_within(problem, {name: zone.holds for name, zone in zones})
-    return carried_over(problem, last.steps[0])
+    return None if last is None else carried_over(problem, last.steps[0])
 
 
 def _seen(tried: Tried[PanelMarks]) -> Seen:

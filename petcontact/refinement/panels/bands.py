@@ -6,19 +6,21 @@ along it. The number of panels grows with the logarithm of its length over its w
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
 
 from ...arrays import Array
 from ...geometry.charts import Chart
+from ...geometry.round_surfaces import GRID
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
 from .forecast import WIDER, from_end
 from .hanging import closed
-from .rings import CORE, FRAMES, SHRINK, cells_of, twice_as_fine
+from .rings import CORE, FRAMES, SHRINK, Inner, cells_of, ringed, twice_as_fine
 from .tiles import tiles
-from .zone import ContactBand
+from .zone import ContactBand, ContactEllipse, Zone
 
 MARGIN = 1.4
 """Outermost line along a band over its half-width [-]: the panels there are open."""
@@ -39,12 +41,19 @@ LEVELS = 4
 """Numbers of lines between the ridge and the edge of a band, from 0."""
 
 
-Laid = tuple[Chart, ContactBand, int]
-"""A chart of a part, a band on it, and the number of lines between its ridge and its edge."""
+ARCS = 3
+"""Least number of panels on a quarter of the rim of a disc: their parabolas are off by 1e-4 of its
+radius."""
+TWICE = np.array([[8, 0, 0], [3, 6, -1], [0, 8, 0], [-1, 6, 3], [0, 0, 8]]) / 8.0
+"""Values of a parabola at five points by those at three."""
+
+
+Laid = tuple[Chart, Zone, int]
+"""A chart of a part, a zone on it, and the number of lines between its ridge and its edge."""
 
 
 def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
-    """Return the mesh with the panels of a part laid along bands, or None if they do not fit.
+    """Return the mesh with the panels of a part laid along zones, or None if they do not fit.
 
     Parameters
     ----------
@@ -52,22 +61,21 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
         Its other parts stay as they are.
     part : str
     *laid : tuple
-        Charts of the part, each with a band on it and the number of lines between the ridge and the
-        edge.
+        Charts of the part, each with a zone on it and the number of lines between the ridge and the
+        edge; an ellipse has one ring more.
     """
-    charts, bands, levels = zip(*laid, strict=True)
-    own = zip(tiles(charts, bands), bands, levels, strict=False)
-    made = [_laid(*each) for each in own]
-    pieces = [piece for piece in made if piece is not None]
-    if not pieces or len(pieces) < len(made):
+    charts, zones, levels = zip(*laid, strict=True)
+    own = zip(tiles(charts, zones), zones, levels, strict=False)
+    pieces = [piece for each in own if (piece := _laid(*each)) is not None]
+    if not pieces or len(pieces) < len(laid):
         return None
     number = mesh.part_names.index(part)
     kept = mesh.part != number
-    points = np.concatenate(pieces)
+    points, order = (np.concatenate(each) for each in zip(*pieces, strict=True))
     return closed(
         SurfaceMesh(
             np.concatenate([mesh.corners[kept], points[:, :4]]),
-            np.append(mesh.order[kept], np.full(len(points), 2)),
+            np.append(mesh.order[kept], order),
             np.append(mesh.part[kept], np.full(len(points), number)),
             mesh.part_names,
             np.concatenate([mesh.middles[kept], points[:, 4:]]),
@@ -75,9 +83,36 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
     )
 
 
-def _laid(chart: Chart, band: ContactBand, level: int) -> Array | None:
-    """Return the points (n, 9, 3) of panels of a chart with a band, NaN for the middles of straight
-    ones; None if the band does not fit."""
+def _laid(chart: Chart, zone: Zone, level: int) -> tuple[Array, Array] | None:
+    """Return the points (n, 9, 3) of panels of a chart with a zone, NaN for the middles of straight
+    ones, and their orders; None if the zone does not fit."""
+    inner = inner_panels(zone, chart, level)
+    if inner is None:
+        return None
+    made = _frames(chart, inner)
+    if not made:
+        return None
+    frames = _turned_less(np.concatenate(made), chart)
+    cells = np.concatenate([inner.cells, frames])
+    points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
+    if chart.flat:
+        points[_straight(cells), 4:] = np.nan
+    return points, np.append(inner.order, np.full(len(frames), 2))
+
+
+@functools.singledispatch
+def inner_panels(zone: Zone, chart: Chart, level: int) -> Inner | None:
+    """Return the panels in and next to a zone; None if it does not fit."""
+    raise NotImplementedError
+
+
+@inner_panels.register
+def _(zone: ContactEllipse, chart: Chart, level: int) -> Inner | None:
+    return ringed(chart, zone, level + 1)
+
+
+@inner_panels.register
+def _(band: ContactBand, chart: Chart, level: int) -> Inner | None:
     s = _along(band, level, chart)
     half = twice_as_fine(band.lines_at(s, LEAST))
     ridge, across = band.at(twice_as_fine(s))
@@ -85,16 +120,12 @@ def _laid(chart: Chart, band: ContactBand, level: int) -> Array | None:
     lines[(lines < low).any(axis=1)], lines[(lines > high).any(axis=1)] = low, high
     lines = np.unique(lines, axis=0)
     grid = ridge + twice_as_fine(lines)[..., None] * across
-    outside = np.any((grid < chart.low - chart.slack) | (grid > chart.high + chart.slack))
-    if outside or not band.straight:
+    if not (chart.holds(grid.reshape(-1, 2), chart.slack).all() and band.straight):
         return None
+    cells, ends = _turned_less(cells_of(grid), chart), grid[::2, ::2]
+    rim = [ends[:, 0], ends[-1, :], ends[::-1, -1], ends[0, ::-1]]
     width = (MARGIN - 1.0) * band.widest
-    panels = [cells_of(grid), *_frames(chart, band, grid[::2, ::2], width)]
-    cells = _turned_less(np.concatenate(panels), chart)
-    points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
-    if chart.flat:
-        points[_straight(cells), 4:] = np.nan
-    return points
+    return Inner(cells, np.full(len(cells), 2), rim, *_axes(band), width)
 
 
 def _room_across(chart: Chart, place: Array, across: Array) -> tuple[float, float]:
@@ -197,19 +228,22 @@ def _straight(cells: Array) -> Array:
     return np.asarray(off < SINGLE * size)
 
 
-def _frames(chart: Chart, band: ContactBand, grid: Array, width: float) -> list[Array]:
-    """Return the panels of frames around a grid up to the rim of the face.
+def _frames(chart: Chart, inner: Inner) -> list[Array]:
+    """Return the panels of frames around inner ones up to the rim of the face, or none if there is
+    no room.
 
-    Each side of the grid moves outward by a width that grows, and to the rim where less than half
-    of the width would be left. Sides at the rim stay. Around a slanted grid all sides stop
-    together where the next frame would reach the rim, and the last frame leads from there to it:
-    its panels turn from one direction to another, and need room for it.
+    Each side moves outward by a width that grows, and to the rim where less than half of the width
+    would be left. Sides at the rim stay. Around a slanted rectangle all sides stop together where
+    the next frame would reach the rim, and the last frame leads from there to it: its panels turn
+    from one direction to another, and need room for it.
     """
-    origin, axes = _axes(band)
-    inner = (grid - origin) @ axes.T
-    rim = [inner[:, 0], inner[-1, :], inner[::-1, -1], inner[0, ::-1]]
-    box = np.array([inner[..., 0].min(), inner[0, 0, 1], inner[..., 0].max(), inner[0, -1, 1]])
+    origin, axes, width = inner.origin, inner.axes, inner.width
+    rim = [(side - origin) @ axes.T for side in inner.rim]
+    every = np.concatenate(rim)
+    box = np.append(every.min(axis=0), every.max(axis=0))
     face, last = _outermost(chart, (origin, axes), box)
+    if chart.round and not np.abs(last - box).min() > 0.0:
+        return []
     sign, result = np.array([-1.0, -1.0, 1.0, 1.0]), list[Array]()
     while True:
         done = (1.5 if face is None else 1.0 + FRAMES) * width > sign * (last - box)
@@ -219,7 +253,8 @@ def _frames(chart: Chart, band: ContactBand, grid: Array, width: float) -> list[
             box = np.where(done, last, box + sign * width)
             corners = _box_corners(box)
         straight = [_is_straight(chart, origin + side @ axes) for side in rim]
-        made, rim = _one_frame(rim, corners, width if result else 0.0, straight)
+        disc = (-axes @ origin, float(chart.high[0])) if chart.round and done.all() else None
+        made, rim = _one_frame(rim, corners, width if result else 0.0, straight, disc)
         result.append(origin + made @ axes)
         if done.all():
             return result
@@ -240,11 +275,16 @@ def _axes(band: ContactBand) -> tuple[Array, Array]:
 
 
 def _outermost(chart: Chart, axes: tuple[Array, Array], box: Array) -> tuple[Array | None, Array]:
-    """Return the corners of a slanted face (4, 2), or None, and the rectangle in which frames grow.
+    """Return the corners of a slanted face (4, 2), those of the square in a disc, or None, and the
+    rectangle in which frames grow.
 
     They are in the band's own axes.
     """
-    corners = (_box_corners(np.append(chart.low, chart.high)) - axes[0]) @ axes[1].T
+    square = _box_corners(np.append(chart.low, chart.high))
+    if chart.round:
+        face = (math.sqrt(0.5) * square @ axes[1] - axes[0]) @ axes[1].T
+        return face, _room_in(face, box)
+    corners = (square - axes[0]) @ axes[1].T
     if np.abs(axes[1]).max(axis=1).min() > 1.0 - SINGLE:
         return None, np.array([*corners.min(axis=0), *corners.max(axis=0)])
     # panels between sides that are turned by more than 45 degrees to each other would fold
@@ -274,14 +314,25 @@ def _room_in(corners: Array, box: Array) -> Array:
     return np.asarray(box + sign * low)
 
 
+def _on_disc(place: Array, centre: Array, radius: float) -> Array:
+    """Return the points of a circle in the direction of places (n, 2) from its centre."""
+    way = place - centre
+    return np.asarray(centre + radius * way / np.linalg.norm(way, axis=1, keepdims=True))
+
+
 def _one_frame(
-    rim: list[Array], corners: Array, width: float, straight: list[bool]
+    rim: list[Array],
+    corners: Array,
+    width: float,
+    straight: list[bool],
+    disc: tuple[Array, float] | None = None,
 ) -> tuple[Array, list[Array]]:
     """Return the panels (n, 9, 2) between a rim, four sides of points, and the sides between
     corners (4, 2), and the new rim.
 
     With width 0 panels are as long as those inside. On a side that is not straight they end where
-    those inside end: there would be slits between different parabolas otherwise.
+    those inside end: there would be slits between different parabolas otherwise. The new rim of a
+    disc, with a centre and a radius, is its own.
     """
     cells, outer = list[Array](), list[Array]()
     for k, side in enumerate(rim):
@@ -292,10 +343,18 @@ def _one_frame(
             side = side[0] + t[:, None] * (side[-1] - side[0])
         start, end = corners[k], corners[(k + 1) % 4]
         out = start + t[:, None] * (end - start)
+        if disc is not None:
+            t = np.unique(np.concatenate([t, np.linspace(0.0, 1.0, ARCS + 1)]))
+            side = side[0] + t[:, None] * (side[-1] - side[0])
+            out = _on_disc(start + t[:, None] * (end - start), *disc)
         quads = np.stack([out[:-1], out[1:], side[1:], side[:-1]], axis=1)
         one, other = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
         square = np.maximum(np.sum(one**2, axis=1), np.sum(other**2, axis=1))
-        cells.append(_nine(quads[np.abs(np.cross(one, other)) > SINGLE * square]))
+        nine = _nine(quads[np.abs(np.cross(one, other)) > SINGLE * square])
+        if disc is not None:
+            moved = _on_disc(nine[:, 4], *disc) - nine[:, 4]
+            nine[:, [4, 8]] += np.stack([moved, 0.5 * moved], axis=1)
+        cells.append(nine)
         outer.append(out)
     return np.concatenate(cells), outer
 
@@ -332,13 +391,8 @@ def _turned_less(cells: Array, chart: Chart) -> Array:
 
 
 def _halves(cells: Array, axis: int) -> Array:
-    """Return both halves (2n, 9, 2) of panels with straight sides along a coordinate."""
-    a, b, c, d = cells[:, :4].transpose(1, 0, 2)
-    if axis == 0:
-        low, high = 0.5 * (a + b), 0.5 * (d + c)
-        halves = (a, low, high, d), (low, b, c, high)
-    else:
-        low, high = 0.5 * (a + d), 0.5 * (b + c)
-        halves = (a, b, high, low), (low, high, c, d)
-    corners = np.stack([np.stack(half, axis=1) for half in halves], axis=1).reshape(-1, 4, 2)
-    return _nine(corners)
+    """Return both halves (2n, 9, 2) of panels along a coordinate."""
+    grid = np.empty((len(cells), 3, 3, 2))
+    grid[:, *np.transpose(GRID)] = cells
+    twice = np.moveaxis(np.tensordot(TWICE, grid, axes=(1, axis + 1)), 0, axis + 1)
+    return np.concatenate([cells_of(each) for each in twice])

@@ -80,7 +80,8 @@ def opposite(
         if not np.any(np.abs(move[np.isfinite(move)]) > SUMMED * size):
             break
     slack = SINGLE * size
-    met = np.all((place >= primary.low - slack) & (place <= primary.high + slack), axis=1)
-    met &= (against < -SINGLE) & (np.sum(way * normal, axis=1) > SINGLE)
+    met = (
+        primary.holds(place, slack) & (against < -SINGLE) & (np.sum(way * normal, axis=1) > SINGLE)
+    )
     met &= np.linalg.norm(primary.at(place) - y, axis=1) < slack  # charts may end in their rims
     return place, np.where(met, distance, np.inf)

@@ -9,9 +9,10 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
+from ...geometry.charts import Chart
 from ...record import record
-from .ridge import Ridge
-from .zone import ContactBand
+from .ridge import Gap, Ridge, lowest_point, samples
+from .zone import ELONGATED, ContactBand, ContactEllipse
 
 WIDER = 1.04
 """Width and length of a band over those that are expected [-]. With bands 5 % too wide errors of p
@@ -71,6 +72,45 @@ def hertz_ellipse(
     m, K, E = integrals(t)
     a = math.cbrt(3.0 * force * t * (E - t * t * K) / (math.pi * modulus * k_1 * m))
     return a, a / t, 1.5 * force * t * K / (math.pi * modulus * a)
+
+
+def ellipse_of(
+    gap: Gap, chart: Chart, start: Array, force: float, modulus: float
+) -> ContactEllipse | None:
+    """Return Hertz' ellipse about the least gap near a place, or None if it is elongated or not on
+    the face, if the gap is not parabolic there, or less than the approach elsewhere, too.
+
+    Parameters
+    ----------
+    gap : callable
+    chart : Chart
+    start : (2,) array
+        A place near the least gap [length].
+    force, modulus : float
+        As of `hertz_ellipse`.
+    """
+    if (point := lowest_point(gap, chart, start)) is None:
+        return None
+    place, curvatures, vectors, _ = point
+    slopes = chart.slopes(place[None])[:, 0]
+    back = np.linalg.inv(np.linalg.cholesky(slopes @ slopes.T))
+    (k_2, k_1), ways = np.linalg.eigh(back @ (vectors * curvatures) @ vectors.T @ back.T)
+    if not k_2 > 0.0:
+        return None
+    a, b, approach = hertz_ellipse((k_1, k_2), force, modulus)
+    if b > ELONGATED * a:
+        return None
+    axes = back.T @ ways[:, ::-1] * [a, b]
+    zone = ContactEllipse(place, axes * [1.0, np.sign(np.linalg.det(axes))])
+    turn = np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False)
+    least = float(gap(place[None])[0])
+    rise = gap(zone.at(np.column_stack([np.cos(turn), np.sin(turn)]))) - least
+    off = np.abs(rise - 0.5 * (k_1 * (a * np.cos(turn)) ** 2 + k_2 * (b * np.sin(turn)) ** 2))
+    fits = np.all((zone.corners > chart.low) & (zone.corners < chart.high))
+    place = samples(chart)
+    beside = np.sum(zone.local(place) ** 2, axis=1) > 4.0  # the parabola is the approach at 2
+    alone = gap(place[beside]).min(initial=np.inf) > least + approach
+    return zone if fits and alone and off.max() <= PARABOLIC * approach else None
 
 
 @record

@@ -74,10 +74,10 @@ def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None
         A point near the ridge; by default the least gap of samples is looked for.
     """
     place = lowest_sample(gap, chart) if start is None else start
-    if place is None or (first := _first(gap, chart, place)) is None:
+    if place is None or (first := lowest_point(gap, chart, place)) is None:
         return None
-    place, across, stencil, slope = first
-    line = _Line(gap, chart, place, across, stencil)
+    place, (slope, _), vectors, stencil = first
+    line = _Line(gap, chart, place, vectors[:, 1], stencil)
     rows = np.concatenate([line.along(-1.0)[::-1], line.seen(np.zeros(1)), line.along(1.0)])
     t, value, curvature, off = rows[np.append(True, np.diff(rows[:, 0]) > SINGLE * line.step)].T
     # in a corner of the face there is one point
@@ -94,26 +94,41 @@ def samples(chart: Chart) -> Array:
     """Return places (n, 2) all over a face."""
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
     grid = np.stack(np.meshgrid(share, share, indexing="ij"), axis=-1).reshape(-1, 2)
-    return np.asarray(chart.low + grid * (chart.high - chart.low))
+    place = chart.low + grid * (chart.high - chart.low)
+    return np.asarray(place[chart.holds(place, 0.0)])
+
+
+def _lowest(gap: Gap, chart: Chart) -> Array:
+    """Return the samples (n, 2) with the least gaps."""
+    grid = samples(chart)
+    values = gap(grid)
+    faced = np.isfinite(values)
+    least = float(values[faced].min(initial=np.inf))
+    far = float(np.median(values[faced])) - least if faced.any() else 0.0
+    return np.asarray(grid[faced & (values <= least + NEAR * far)])
 
 
 def lowest_sample(gap: Gap, chart: Chart) -> Array | None:
     """Return the middle (2,) of the samples with the least gap, or None if nothing is opposite."""
-    grid = samples(chart)
-    values = gap(grid)
-    faced = np.isfinite(values)
-    if not faced.any():
+    near = _lowest(gap, chart)
+    if not len(near):
         return None
-    least = float(values[faced].min())
-    far = float(np.median(values[faced])) - least
-    near = faced & (values <= least + NEAR * far)
-    middle = grid[near].mean(axis=0)
-    return np.asarray(grid[near][np.linalg.norm(grid[near] - middle, axis=1).argmin()])
+    return np.asarray(near[np.linalg.norm(near - near.mean(axis=0), axis=1).argmin()])
 
 
-def _first(gap: Gap, chart: Chart, place: Array) -> tuple[Array, Array, float, float] | None:
-    """Return a point of the ridge, the direction across it, the step of difference quotients and
-    the curvature along it."""
+def is_ring(gap: Gap, chart: Chart) -> bool:
+    """Return whether the gap of a disc is least all around its middle, and not there."""
+    near = _lowest(gap, chart)
+    quadrants = {*map(tuple, near > 0.0)}
+    away = np.linalg.norm(near, axis=1).min(initial=np.inf)
+    return chart.round and len(quadrants) == 4 and bool(away > 0.1 * chart.high[0])
+
+
+def lowest_point(
+    gap: Gap, chart: Chart, place: Array
+) -> tuple[Array, tuple[float, float], Array, float] | None:
+    """Return the point of the least gap near a place, or one of its line, the two curvatures there,
+    the smaller one first, their directions (as columns), and the step of difference quotients."""
     step, result = STENCIL * float((chart.high - chart.low).min()), None
     for _ in range(6):
         quotients = _quotients(gap, place, step)
@@ -126,7 +141,7 @@ def _first(gap: Gap, chart: Chart, place: Array) -> tuple[Array, Array, float, f
         move = -(vectors.T @ gradient) / np.array([max(least, 0.1 * most), most])
         move[0] *= least > SINGLE * most
         place = place + np.clip(move, -20.0 * step, 20.0 * step) @ vectors.T
-        result = (place, vectors[:, 1], step, float(least))
+        result = (place, (float(least), float(most)), vectors, step)
         finer = min(step, STENCIL / most)
         if finer == step and np.abs(move).max() < 1e-3 * step:
             break

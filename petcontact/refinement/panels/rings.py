@@ -11,12 +11,12 @@ import itertools
 import numpy as np
 
 from ...arrays import Array
+from ...geometry.arcs import cross
+from ...geometry.charts import Chart
 from ...geometry.quadratic import QuadraticCells
 from ...geometry.round_surfaces import GRID
-from ...mesh.surface_mesh import SurfaceMesh
-from ...round_off import SOLVED
-from .face_patches import Patch
-from .hanging import closed
+from ...record import record
+from ...round_off import least_pieces
 from .zone import STRIP, ContactEllipse
 
 CORE, SHRINK = 0.5, 0.4
@@ -25,6 +25,9 @@ outer side from the edge over that of its inner side."""
 FRAMES = 4.0
 """Width of a ring or a frame outside over that of the next inner one [-]. With 2.5 and with 4 the
 error of p of a rigid roller, 1000 half-widths long, was 1.45 and 1.44 %."""
+AROUND = (1.5, 2.0)
+"""Half sides of the rectangle around a zone over those of the narrowest one [-]. It reaches to the
+rim of the face where this is nearer than the second one."""
 SECTOR, LONG = np.pi / 6.0, 5.0
 """`SECTOR` is about the angle of a panel [rad], `LONG` the largest ratio of length to width at the
 edge. On longer panels of order 2 single nodes at the edge were closed, and others open. p was wrong
@@ -37,78 +40,104 @@ DISTORTED = 8.0
 """Largest accepted ratio of area factors within a panel [-]."""
 
 
-def ringed(
-    patch: Patch, zone: ContactEllipse, rings: int, stick: ContactEllipse | None = None
-) -> SurfaceMesh | None:
-    """Return the mesh with a patch filled by rings around a zone, of order 2 but beside sticking.
+@record
+class Inner:
+    """The panels in and next to a zone, inside a rectangle.
+
+    Attributes
+    ----------
+    cells : (n, 9, 2) array
+        Points of panels on the chart [length].
+    order : (n,) array
+        Orders of panels.
+    rim : list of four (k, 2) arrays
+        Ends of panels along the sides of the rectangle, counter-clockwise [length].
+    origin, axes : (2,), (2, 2) arrays
+        A point, and unit vectors along the sides of the rectangle as rows.
+    width : float
+        Of the outermost panels across the rim [length].
+    """
+
+    cells: Array
+    order: Array
+    rim: list[Array]
+    origin: Array
+    axes: Array
+    width: float
+
+
+def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
+    """Return the panels of a rectangle around a zone in rings, of order 2 but beside sticking; None
+    if the zone is too near to the rim of the face, or panels would be too distorted.
 
     In the zone's coordinates it is the unit disc. Its core has panels in a grid. Rings lead from
-    the core to the edge, and from the edge to the rim of the patch.
+    the core to the edge, and from the edge to the rectangle.
 
     Parameters
     ----------
-    patch : Patch
+    chart : Chart
+        Of the face.
     zone : ContactEllipse
-        It is projected onto the face along its normal.
     rings : int
         Number of rings between the core, or the stick zone, and the edge.
-    stick : ContactEllipse, optional
-        A zone of the same shape inside; narrow rings end at its edge.
-
-    Returns
-    -------
-    SurfaceMesh or None
-        None if panels would be too distorted.
     """
-    zone = zone.facing(patch.rim)
-    middle, radius = np.zeros(2), 1.0
-    if stick is not None:
-        middle = zone.local(stick.centre[None])[0]
-        radius = float(np.linalg.norm(stick.axes) / np.linalg.norm(zone.axes))
-    lines, orders = _inside(zone.local(patch.rim), patch.counts, rings, middle, radius)
-    core = _filled(lines[0], *patch.counts)
-    both = twice_as_fine(lines)
-    points = _lifted(patch, zone, np.concatenate([core.reshape(-1, 2), both.reshape(-1, 2)]))
-    if points is None:
+    face, reach = np.stack([chart.low, chart.high]), np.linalg.norm(zone.axes, axis=1)
+    near = np.abs(face - zone.centre) < AROUND[1] * reach
+    box = np.where(near, face, zone.centre + np.outer([-1.0, 1.0], AROUND[0] * reach))
+    low, high = box
+    inner = CORE if zone.stick == 1.0 else zone.stick + NARROW[-1]
+    corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    rim, counts = _equal_angles(
+        zone.local(corners), min(SECTOR, LONG * (1.0 - inner) * SHRINK ** (rings - 1))
+    )
+    if (
+        rim is None
+        or not chart.holds(corners, 0.0).all()
+        or np.linalg.norm(rim, axis=1).min() < 1.0
+    ):
         return None
-    filled, inside = (
-        part.reshape(*grid.shape[:2], 3)
-        for part, grid in zip(np.split(points, [core[..., 0].size]), (core, both), strict=True)
-    )
-    outside = _outside(
-        patch, inside[-1], _widths(lines, np.linalg.norm(zone.local(patch.rim), axis=1))
-    )
-    around = np.concatenate([inside, outside])
-    around = np.append(around, around[:, :1], axis=1)
-    grids = [cells_of(filled), *(cells_of(around[k : k + 3]) for k in range(0, len(around) - 1, 2))]
+    lines, orders = _inside(rim, counts, rings, zone.middle, zone.stick)
+    widths = _widths(lines, np.linalg.norm(rim, axis=1))
     # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p there
-    orders = [2, *orders, *(len(grids) - len(orders) - 1) * [2]]
-    new = np.concatenate(grids)
-    if not np.all(QuadraticCells(new).distortion < DISTORTED):
+    shares = twice_as_fine(widths)[1:]
+    outside = lines[-1] + shares[:, None, None] * (rim - lines[-1])
+    around = np.concatenate([twice_as_fine(lines), outside])
+    around = np.append(around, around[:, :1], axis=1)
+    grids = [_filled(lines[0], *counts), *(around[k : k + 3] for k in range(0, len(around) - 1, 2))]
+    made = [cells_of(zone.at(grid)) for grid in grids]
+    orders = [2, *orders, *(len(made) - len(orders) - 1) * [2]]
+    cells = np.concatenate(made)
+    if not np.all(
+        QuadraticCells(chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)).distortion < DISTORTED
+    ):
         return None
-    rest = patch.rest
-    return closed(
-        SurfaceMesh(
-            np.concatenate([rest.corners, new[:, :4]]),
-            np.append(rest.order, np.repeat(orders, [*map(len, grids)])),
-            np.append(rest.part, np.full(len(new), patch.part)),
-            rest.part_names,
-            np.concatenate([rest.middles, new[:, 4:]]),
-        )
-    )
+    ends = np.cumsum([0, *counts, *counts])
+    along = zone.at(np.append(rim, rim[:1], axis=0)[::2])
+    sides = [along[a : b + 1] for a, b in itertools.pairwise(ends)]
+    width = float(np.linalg.norm(zone.at(around[-1]) - zone.at(around[-3]), axis=1).min())
+    order = np.repeat(orders, [*map(len, made)])
+    return Inner(cells, order, sides, np.zeros(2), np.eye(2), width)
 
 
-def sector(
-    rings: int, zone: ContactEllipse | None = None, stick: ContactEllipse | None = None
-) -> float:
-    """Return about the angle of panels in rings [rad].
-
-    It depends on the width of the rings, between the core or stick zone and the edge.
-    """
-    inner = CORE
-    if zone is not None and stick is not None:
-        inner = float(np.linalg.norm(stick.axes) / np.linalg.norm(zone.axes)) + NARROW[-1]
-    return min(SECTOR, LONG * (1.0 - inner) * SHRINK ** (rings - 1))
+def _equal_angles(corners: Array, sector: float) -> tuple[Array | None, tuple[int, int]]:
+    """Return a rim between corners (4, 2) around a disc, counter-clockwise, with points at equal
+    angles along each side, or None; and the numbers of sectors of its first two sides."""
+    closed = np.append(corners, corners[:1], axis=0)
+    angle = np.unwrap(np.angle(closed @ [1.0, 1.0j]))
+    span = np.diff(angle)
+    once = np.isclose(span.sum(), 2.0 * np.pi)
+    if not (once and np.all((span > 0.0) & (span < np.pi))):
+        return None, (0, 0)
+    half = max(2, int(least_pieces(np.pi / sector)))
+    first = min(max(1, round(half * (span[0] + span[2]) / (2.0 * np.pi))), half - 1)
+    counts = first, half - first
+    points = []
+    for k in range(4):
+        phi = angle[k] + span[k] * np.arange(2 * counts[k % 2]) / (2 * counts[k % 2])
+        towards, along = np.column_stack([np.cos(phi), np.sin(phi)]), closed[k + 1] - closed[k]
+        share = cross(closed[k], towards) / cross(towards, along)
+        points.append(closed[k] + share[:, None] * along)
+    return np.concatenate(points), counts
 
 
 def _inside(
@@ -145,27 +174,6 @@ def _widths(lines: Array, reach: Array) -> Array:
     steps = np.log1p((reach.max() - 1.0) * (FRAMES - 1.0) / narrow) / np.log(FRAMES)
     number = max(1, int(steps))
     return (FRAMES ** np.arange(number + 1) - 1.0) / (FRAMES**number - 1.0)
-
-
-def _outside(patch: Patch, edge: Array, share: Array) -> Array:
-    """Return lines (2n, 2s, 3) from the edge (2s, 3) to the rim, with lines half-way between."""
-    shares = twice_as_fine(share)[1:-1]
-    between = edge + shares[:, None, None] * (patch.rim - edge)
-    return np.append(
-        patch.onto(between.reshape(-1, 3)).reshape(between.shape), patch.rim[None], axis=0
-    )
-
-
-def _lifted(patch: Patch, zone: ContactEllipse, z: Array) -> Array | None:
-    """Return the points (n, 3) of the face above points of the zone with coordinates (n, 2), or
-    None."""
-    x = patch.onto(zone.centre + z @ zone.axes.T)
-    for _ in range(60):
-        off = z - zone.local(x)
-        if np.abs(off).max() < SOLVED:
-            return x
-        x = patch.onto(x + off @ zone.axes.T)
-    return None
 
 
 def _graded(low: Array, high: Array, rings: int) -> list[Array]:

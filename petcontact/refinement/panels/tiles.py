@@ -1,4 +1,4 @@
-"""Pieces of a face with several bands, one band on each."""
+"""Pieces of a face with several zones, one zone on each."""
 
 from __future__ import annotations
 
@@ -10,27 +10,29 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.charts import Chart
 from ...round_off import SINGLE
-from .zone import ContactBand
+from .zone import Zone
 
 
-def tiles(charts: Sequence[Chart], bands: Sequence[ContactBand]) -> list[Chart]:
-    """Return the charts of bands, each cut half-way to the other bands.
+def tiles(charts: Sequence[Chart], zones: Sequence[Zone]) -> list[Chart]:
+    """Return the charts of zones, each cut half-way to the other zones.
 
-    There are none where bands meet, or where the pieces do not cover the face once.
+    There are none where zones meet, or where the pieces do not cover the face once.
 
     Parameters
     ----------
     charts : sequence of Chart
-        Of one face, each for one band.
-    bands : sequence of ContactBand
+        Of one face, each for one zone.
+    zones : sequence of ContactEllipse or ContactBand
     """
-    result, corners = list[Chart](), [_corners(band) for band in bands]
+    if len(zones) > 1 and charts[0].round:
+        return []
+    result, corners = list[Chart](), [zone.corners for zone in zones]
     for k, chart in enumerate(charts):
-        others = [charts[j].at(corners[j]) for j in range(len(bands)) if j != k]
+        others = [charts[j].at(corners[j]) for j in range(len(zones)) if j != k]
         sides = _cut(chart, corners[k], [there for x in others for there in _seen(chart, x)])
         if sides is None:
             return []
-        wraps = chart.wraps and len(bands) == 1
+        wraps = chart.wraps and len(zones) == 1
         result.append(replace(chart, low=sides[0], high=sides[1], wraps=wraps))
     whole, *area = (float(np.prod(each.high - each.low)) for each in (charts[0], *result))
     return result if abs(sum(area) - whole) < SINGLE * whole else []
@@ -48,12 +50,6 @@ def _cut(chart: Chart, own: Array, others: Sequence[Array]) -> Array | None:
         half_way = box[side][axis] + (side - 0.5) * gaps[side, axis]
         sides[side, axis] = (max, min)[side](sides[side, axis], half_way)
     return sides
-
-
-def _corners(band: ContactBand) -> Array:
-    """Return the corners (4, 2) of a band [length]."""
-    points, across = band.at(np.array(band.ends))
-    return np.concatenate([points - band.widest * across, points + band.widest * across])
 
 
 def _seen(chart: Chart, points: Array) -> Iterator[Array]:

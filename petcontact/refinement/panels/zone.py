@@ -1,4 +1,4 @@
-"""Elliptical zones of contact and of stick on surfaces."""
+"""Zones of contact and of stick on charts of faces: ellipses and long bands."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Mask, States
-from ...geometry.arcs import cross
-from ...record import record
+from ...record import field, record, replace
 from ...round_off import SINGLE
 
 STRAY = 0.1
@@ -25,55 +24,57 @@ sharp ends."""
 
 @record
 class ContactEllipse:
-    """An ellipse: x = centre + axes z, |z| <= 1.
+    """An ellipse on a chart: place = centre + axes z, |z| <= 1.
 
     Attributes
     ----------
-    centre : (3,) array
+    centre : (2,) array
         [length]
-    axes : (3, 2) array
-        Both semi-axes, as vectors [length].
+    axes : (2, 2) array
+        Both semi-axes as columns, right-handed [length].
+    middle, stick : (2,) array, float
+        Centre z and radius |z| of the disc that sticks [-]; 1 where none is known.
     """
 
     centre: Array
     axes: Array
+    middle: Array = field(default_factory=lambda: np.zeros(2))
+    stick: float = 1.0
 
-    def local(self, x: Array) -> Array:
-        """Return z (n, 2) of points (n, 3)."""
-        return np.asarray((x - self.centre) @ np.linalg.pinv(self.axes).T)
+    def local(self, place: Array) -> Array:
+        """Return z (n, 2) of places (n, 2)."""
+        return np.asarray((place - self.centre) @ np.linalg.inv(self.axes).T)
 
-    def holds(self, x: Array) -> Mask:
-        """Return which points (n, 3) lie in the zone, or as near to its plane."""
-        return np.asarray(self.distance(x) <= 1.0)
+    def at(self, z: Array) -> Array:
+        """Return the places (..., 2) of coordinates z (..., 2)."""
+        return np.asarray(self.centre + z @ self.axes.T)
 
-    def distance(self, x: Array) -> Array:
-        """Return the distance of points (n, 3) from the centre over that of the edge, (n,) [-].
+    def holds(self, place: Array) -> Mask:
+        """Return which places (n, 2) lie in the zone."""
+        return np.asarray(np.linalg.norm(self.local(place), axis=1) <= 1.0)
 
-        The height above the zone's plane is included, over the longer semi-axis.
-        """
-        away = x - self.centre - (z := self.local(x)) @ self.axes.T
-        high = np.linalg.norm(away, axis=1) / np.linalg.norm(self.axes, axis=0).max()
-        return np.asarray(np.hypot(np.linalg.norm(z, axis=1), high))
+    def away(self, place: Array) -> Mask:
+        """Return which places (n, 2) are away from ends where p is infinite: all are."""
+        return np.full(len(place), True)
 
-    def apart(self, zone: ContactEllipse) -> float:
-        """Return the difference of centre and axes from those of another zone, over the axes [-].
+    @property
+    def corners(self) -> Array:
+        """Corners (4, 2) of the rectangle around it [length]."""
+        reach = np.linalg.norm(self.axes, axis=1)
+        return np.asarray(self.centre + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * reach)
 
-        Both zones must have their axes in the same order.
-        """
-        square = np.sum((self.centre - zone.centre) ** 2) + np.sum(
-            (self.axes @ self.axes.T - zone.axes @ zone.axes.T) ** 2
-        ) / np.sum(self.axes**2)
-        return float(np.sqrt(square / np.sum(self.axes**2)))
+    @property
+    def points(self) -> Array:
+        """Its centre and the ends of both axes (3, 2) [length]."""
+        return self.centre + np.vstack([np.zeros(2), self.axes.T])
 
-    def facing(self, loop: Array) -> ContactEllipse:
-        """Return the zone with axes ordered so that points (n, 3) around it run
-        counter-clockwise."""
-        z = self.local(loop)
-        return (
-            self
-            if np.sum(cross(z, np.roll(z, -1, axis=0))) > 0.0
-            else ContactEllipse(self.centre, self.axes[:, ::-1])
-        )
+    def moved(self, places: Array) -> ContactEllipse:
+        """Return the zone on another chart, where its points have places (3, 2)."""
+        centre, axes = places[0], (places[1:] - places[0]).T
+        if np.linalg.det(axes) > 0.0:
+            return replace(self, centre=centre, axes=axes)
+        other = np.array([1.0, -1.0])
+        return replace(self, centre=centre, axes=axes * other, middle=self.middle * other)
 
 
 @record
@@ -153,6 +154,30 @@ class ContactBand:
         along = away[:, 1] * across[:, 0] - away[:, 0] * across[:, 1]
         return np.sum(away * across, axis=1), self.s[near] + along
 
+    def moved(self, places: Array) -> ContactBand:
+        """Return the band on another chart, where its points have places (k, 2)."""
+        way = np.gradient(places, axis=0)
+        way /= np.linalg.norm(way, axis=1, keepdims=True)
+        across = np.column_stack([way[:, 1], -way[:, 0]])
+        return replace(self, points=places, across=across)
+
+    def away(self, place: Array) -> Mask:
+        """Return which places (n, 2) are away from ends where p is infinite."""
+        return self.is_inside(self.coordinates(place)[1])
+
+    def is_inside(self, along: Array) -> Mask:
+        """Return which places along the ridge are a half-width away from ends where p is
+        infinite."""
+        ends = [end for end, here in zip(self.ends, self.infinite, strict=True) if here]
+        away = [np.abs(along - end) > self.widest for end in ends]
+        return np.asarray(np.all(away, axis=0) if away else np.full(len(along), True))
+
+    @property
+    def corners(self) -> Array:
+        """Corners (4, 2) of the band [length]."""
+        points, across = self.at(np.array(self.ends))
+        return np.concatenate([points - self.widest * across, points + self.widest * across])
+
     def holds(self, place: Array) -> Mask:
         """Return which points (n, 2) of the chart lie in the band."""
         across, along = self.coordinates(place)
@@ -161,7 +186,10 @@ class ContactBand:
         return np.asarray(inside & (np.abs(across) < half))
 
 
-def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> ContactEllipse | None:
+Zone = ContactEllipse | ContactBand
+
+
+def zone_of(place: Array, weight: Array, pressure: Array, closed: Mask) -> ContactEllipse | None:
     """Return the ellipse on which Hertz' pressure has the moments of the given pressure.
 
     The result is None if the contact has another shape. Hertz' pressure on semi-axes a, b has ∫p
@@ -171,8 +199,8 @@ def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> ContactEl
 
     Parameters
     ----------
-    x : (m, 3) array
-        Nodes [length].
+    place : (m, 2) array
+        Nodes on the chart [length].
     weight : (m,) array
         [area]
     pressure : (m,) array
@@ -183,50 +211,54 @@ def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> ContactEl
     load = weight * pressure
     if not load.sum() > 0.0:
         return None
-    centre = load @ x / load.sum()
-    square, vectors = np.linalg.eigh((x - centre).T @ ((x - centre) * load[:, None]) / load.sum())
-    if not 0.0 < square[2] <= ELONGATED**2 * square[1]:
+    centre = load @ place / load.sum()
+    away = place - centre
+    square, vectors = np.linalg.eigh(away.T @ (away * load[:, None]) / load.sum())
+    if not 0.0 < square[1] <= ELONGATED**2 * square[0]:
         return None
-    zone = ContactEllipse(centre, vectors[:, 1:] * np.sqrt(5.0 * square[1:]))
-    distance = zone.distance(x) ** 2
-    _, between = _parted(distance, pressure > 0.0, weight)
-    edge = float(np.clip(1.0, *between))
-    zone = ContactEllipse(centre, np.sqrt(edge) * zone.axes)
-    distance = zone.distance(x)
+    vectors[:, 1] *= np.linalg.det(vectors)
+    zone = ContactEllipse(centre, vectors * np.sqrt(5.0 * square))
+    _, between = _parted(np.sum(zone.local(place) ** 2, axis=1), pressure > 0.0, weight)
+    zone = replace(zone, axes=float(np.sqrt(np.clip(1.0, *between))) * zone.axes)
+    distance = np.linalg.norm(zone.local(place), axis=1)
     stray = (closed != (distance < 1.0)) & (np.abs(distance - 1.0) > STRIP)
     return zone if weight[stray].sum() <= STRAY * weight[closed].sum() else None
 
 
-def stick_of(
-    x: Array, weight: Array, state: States, slip: Array, zone: ContactEllipse
-) -> ContactEllipse | None:
-    """Return the ellipse between stick and slip, with the shape of the contact, or None.
+def with_stick(
+    zone: ContactEllipse, place: Array, weight: Array, state: States, slip: Array
+) -> ContactEllipse:
+    """Return a zone with the disc that sticks, if stick and slip meet at one.
 
     Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal load
     (Spence). They are shifted if a body is also stretched. The edge lies between the last node that
     sticks and the first that slips. |Δw| grows like the power 3/2 of the distance from the edge.
-    The edge is the zero of the line through its power 2/3 over the squared radius. The result is
-    None, too, if the zone is narrower than the strip about its edge, or its edge as near to that
-    of contact.
+    The edge is the zero of the line through its power 2/3 over the squared radius. There is none if
+    the disc is narrower than the strip about its edge, or its edge as near to that of contact.
 
     Parameters
     ----------
-    x : (m, 3) array
-        Nodes [length].
+    zone : ContactEllipse
+        The contact.
+    place : (m, 2) array
+        Nodes on the chart [length].
     weight : (m,) array
         [area]
     state : (m,) array
         0 stick, 1 slip, 2 open.
     slip : (m, 2) array
         Δw of the increment [length].
-    zone : ContactEllipse
-        The contact.
     """
     closed = state != 2
-    z, area, sticks, slip = zone.local(x)[closed], weight[closed], state[closed] == 0, slip[closed]
+    z, area, sticks, slip = (
+        zone.local(place)[closed],
+        weight[closed],
+        state[closed] == 0,
+        slip[closed],
+    )
     total = area[sticks].sum()
     if sticks.all() or not total > 0.0:
-        return None
+        return zone
     middle = area[sticks] @ z[sticks] / total
     square = np.sum((z - middle) ** 2, axis=1)
     last, between = _parted(square, sticks, area)
@@ -236,9 +268,7 @@ def stick_of(
     stray = total - np.sum(np.where(sticks, area, -area)[inside]) > STRAY * total
     # the strip about its edge leaves a strip inside of it, and one to the edge of contact
     fits = 2.0 * STRIP < radius < 1.0 - 2.0 * STRIP - np.linalg.norm(middle)
-    if stray or not fits:
-        return None
-    return ContactEllipse(zone.centre + zone.axes @ middle, radius * zone.axes)
+    return zone if stray or not fits else replace(zone, middle=middle, stick=radius)
 
 
 def _parted(square: Array, inner: Mask, weight: Array) -> tuple[int, tuple[float, float]]:

@@ -266,13 +266,13 @@ def test_an_o_ring_between_plates_has_the_force_of_its_squeeze(approach, force, 
 def test_a_band_lies_where_a_solution_has_its_contact():
     """Hertz' line beside the ridge, as under an O-ring that turns on elastic plates."""
     chart, ridge, forecast = expected("where(abs(y) < 2, x**2/3, 1)")
-    long = Long(SimpleNamespace(name="c"), [chart], ridge, band_of(ridge, forecast))
+    long = Long(SimpleNamespace(name="c"), [chart], band_of(ridge, forecast))
     across, along = np.meshgrid(np.linspace(-0.08, 0.12, 2001), np.linspace(-1.9, 1.9, 39))
     x = np.column_stack([across.ravel(), along.ravel(), np.zeros(across.size)])
     pressure = np.sqrt(np.maximum(1.0 - ((x[:, 0] - 0.02) / 0.1) ** 2, 0.0))
     pair = SimpleNamespace(x=x, weight=np.ones(len(x)), pressure=pressure)
     step = SimpleNamespace(pairs={"c": pair}, load=1.0, step=1)
-    band = followed(long, SimpleNamespace(steps=[step], tried=[step]))
+    band = followed(long, long.zone, SimpleNamespace(steps=[step], tried=[step]))
     assert band.at(np.array([1.0]))[0][0, 0] == pytest.approx(0.02, abs=1e-6)
     assert band.half == pytest.approx(0.104, rel=1e-3)
 
