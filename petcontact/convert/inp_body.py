@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
@@ -233,20 +234,27 @@ class InpBody:
 
     def volume(self, step: int) -> Keyed:
         """Return the `loads` at the end of a step."""
-        loads = self.reader.volume[step]
-        volume_loads = next((loads[number] for number in self.elements if number in loads), {})
-        left_out = {"C3D": (), "CAX": ("centre", "axis")}.get(self.kind, ("axis",))
-        if any(loads.get(number, {}) != volume_loads for number in self.elements):
-            self.reader.notes.append(
-                f"*DLOAD of {self.name}: not the same in all elements; that of one is taken"
-            )
-        force = [volume_loads.get(f"force_{x}", 0.0) for x in "xyz"[: self.dim]]
-        taken = ({"force": force} if any(force) else {}) | {
-            key: value[: self.dim] if isinstance(value, list) else value
-            for key, value in volume_loads.items()
-            if key not in left_out and not key.startswith("force_")
+        taken: Keyed = {"temperature": self._warm[step]} if any(self._warm) else {}
+        for key in ("acceleration", "force", "rotation"):
+            every = [self.reader.volume[step].get((number, key)) for number in self.elements]
+            loads = [load for load in every if load is not None]
+            if loads and (len(loads) < len(every) or np.ptp(loads, axis=0).any()):
+                self.reader.notes.append(
+                    f"*DLOAD of {self.name}: not the same in all elements; that of one is taken"
+                )
+            for load in loads[:1]:
+                whole = {key: load[: self.dim].tolist()}
+                taken |= self._turning(load) if key == "rotation" else whole
+        return taken
+
+    def _turning(self, rotation: Array) -> Keyed:
+        """Return the keys of a rotation: its ω², a point of its axis and the direction."""
+        places = {"centre": rotation[1:4][: self.dim].tolist(), "axis": rotation[4:].tolist()}
+        kept = {"C3D": ("centre", "axis"), "CAX": ()}.get(self.kind, ("centre",))
+        return {
+            "angular_velocity": math.sqrt(rotation[0]),
+            **{key: places[key] for key in kept if rotation[0]},
         }
-        return taken | ({"temperature": self._warm[step]} if any(self._warm) else {})
 
     @functools.cached_property
     def _warm(self) -> list[float | str]:

@@ -91,13 +91,12 @@ def renew(read: Any, keyword: Keyword) -> None:
     read.renewed.add((len(read.steps), kind))
     if kind == "BOUNDARY":
         read.held[-1] = {name: {} for name in read.held[-1]}
-    elif kind == "DLOAD":
-        read.pressed[-1], read.tractions[-1], read.volume[-1] = {}, {}, {}
-        read.pressing.clear()
-    elif kind == "CLOAD":
-        read.forces[-1] = {key: 0.0 for step in read.forces for key in step}
     elif kind == "TEMPERATURE":
         read.warmed[-1] = {}
+    elif kind == "DLOAD":
+        read.pressing.clear()
+    for states in read.added.get(kind, ()):
+        states[-1] = {key: 0.0 * load for step in states for key, load in step.items()}
 
 
 def at_end(read: Any, keyword: Keyword) -> Keyword:
@@ -115,20 +114,24 @@ def at_end(read: Any, keyword: Keyword) -> Keyword:
 
 def _share(read: Any, keyword: Keyword, name: str) -> float:
     """Return the value of an amplitude at the end of the step; note where its way bends."""
-    named = [one for one in read.file.rest if one.parameters.get("NAME", "").upper() == name]
-    rows = [read.floats(one, row) for one in named if one.name == "AMPLITUDE" for row in one.rows]
+    named = [
+        one
+        for one in read.file.rest
+        if one.name == "AMPLITUDE" and one.parameters.get("NAME", "").upper() == name
+    ]
+    rows = [read.floats(one, row) for one in named for row in one.rows]
     points = [value for row in rows for value in row]
     if len(points) < 2:
         raise read.error(keyword, f"there is no *AMPLITUDE {name} of times and values")
     time, share = points[::2], points[1 : 2 * (len(points) // 2) : 2]
-    end = float(np.interp(read.period, time, share))
-    between = [t for t in time if 0.0 < t < read.period]
-    way = np.interp([0.0, *between], time, share)
-    if not (
-        np.allclose(way, end) or np.allclose(way, end * np.array([0.0, *between]) / read.period)
-    ):
+    begin = read.begin * (named[0].parameters.get("TIME", "").upper() == "TOTAL TIME")
+    passed = np.array([0.0, *(t - begin for t in time if 0.0 < t - begin < read.period)])
+    end, *way = np.interp(begin + np.array([read.period, *passed]), time, share)
+    start = way[0] * (begin > 0.0)
+    straight = start + (end - start) * passed / read.period
+    if not (np.allclose(way, end) or np.allclose(way, straight)):
         read.note(keyword, f"AMPLITUDE={name}: its value at the end of the step; the way is linear")
-    return end
+    return float(end)
 
 
 def read_temperature(read: Any, keyword: Keyword) -> None:

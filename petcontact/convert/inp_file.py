@@ -119,7 +119,8 @@ def read_inp(path: str | Path) -> InpFile:
     """
     file = InpFile(str(path))
     for keyword in flattened(path, keywords_of(path)):
-        if keyword.name == "SYSTEM" or keyword.parameters.get("SYSTEM", "R").upper() != "R":
+        other = keyword.name == "NODE" and keyword.parameters.get("SYSTEM", "R").upper() != "R"
+        if keyword.name == "SYSTEM" or other:
             raise InputError(
                 f"{path}: line {keyword.line}: *{keyword.name}: nodes in another system are not "
                 "read; write them along the axes"

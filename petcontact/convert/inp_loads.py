@@ -4,14 +4,12 @@ volume."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..untyped import Keyed
 from .inp_elements import count
-from .inp_file import Face
 from .inp_keywords import Keyword
 
 
@@ -25,44 +23,44 @@ def read_force(read: Any, keyword: Keyword) -> None:
             read.note(keyword, f"{row[0]}: moments act on no node of a solid; not taken")
             continue
         for number in read.file.members(row[0]):
-            forces, key = read.forces[-1], (number, int(freedom))
-            forces[key] = forces.get(key, 0.0) + force
+            add(read.forces[-1], [(number, int(freedom))], force)
 
 
 def read_load(read: Any, keyword: Keyword) -> None:
     """Read pressures, tractions and forces of the volume."""
     for row in keyword.rows:
-        kind = row[1].upper() if len(row) > 1 else ""
+        kind, name = row[1].upper() if len(row) > 1 else "", row[0].upper()
         # a surface has its faces, whatever number stands behind the P
-        whole = read.surfaces.keys() - read.covering.keys() - read.file.elsets.keys()
-        pressed = kind[:1] == "P" and (kind == "P" or kind[1:].isdecimal())
-        if pressed and row[0].upper() in whole:
-            read.used.add(source := row[0].upper())
-            faces = read.surfaces[source]
-        elif kind in ("GRAV", "CENTRIF", "BX", "BY", "BZ"):
+        whole = name in read.surfaces.keys() - read.covering.keys() - read.file.elsets.keys()
+        if kind in ("GRAV", "CENTRIF", "BX", "BY", "BZ"):
             _volume_load(read, keyword, kind, row)
-            continue
-        elif kind == "TRVEC" and row[0].upper() in whole:
+        elif kind == "TRVEC" and whole:
             _pull(read, keyword, row)
-            continue
-        elif kind[:1] == "P" and kind[1:].isdecimal():
-            source = ""
-            faces = read.faces(keyword, row[0], read.file.members(row[0], "ELSET"), kind)
+        elif kind[:1] == "P" and (kind[1:].isdecimal() or (kind == "P" and whole)):
+            _press(read, keyword, row, name if whole else "")
         else:
             read.note(keyword, f"load {kind or 'missing'} on {row[0]}; not taken")
-            continue
-        read.pressed[-1] |= dict.fromkeys(faces, read.floats(keyword, row[2:3])[0])
-        _note_second(read, keyword, faces, source)
 
 
-def _note_second(read: Any, keyword: Keyword, faces: list[Face], source: str) -> None:
-    """Note faces that another surface presses already: Abaqus adds, CalculiX takes the last."""
-    if twice := [face[0] for face in faces if read.pressing.get(face, source) != source]:
-        name = source or "the pressure"
+def _press(read: Any, keyword: Keyword, row: Sequence[str], surface: str) -> None:
+    """Read a pressure on a surface or on a face of elements; note faces that another one pressed in
+    an earlier step."""
+    if surface:
+        faces = read.surfaces[surface]
+        read.used.add(surface)
+    else:
+        elements = read.file.members(row[0], "ELSET")
+        faces = read.faces(keyword, row[0], elements, row[1])
+    others = [face for face in faces if read.pressing.get(face, surface) != surface]
+    # programs differ in whether loads of two steps add up, too
+    if twice := [face[0] for face in others if face not in read.pressed[-1]]:
         read.note(
-            keyword, f"{name}: {count(twice, 'element')} that another surface presses; it is taken"
+            keyword,
+            f"{surface or 'the pressure'}: {count(twice, 'element')} that another surface "
+            "presses since an earlier step; it takes the place of that one",
         )
-    read.pressing |= dict.fromkeys(faces, source)
+    read.pressing |= dict.fromkeys(faces, surface) | dict.fromkeys(others, "several")
+    add(read.pressed[-1], faces, read.floats(keyword, row[2:3])[0])
 
 
 def _pull(read: Any, keyword: Keyword, row: Sequence[str]) -> None:
@@ -73,19 +71,26 @@ def _pull(read: Any, keyword: Keyword, row: Sequence[str]) -> None:
         dim = 3 if read.file.elements[face[0]][0].startswith("C3D") else 2
         pull = np.zeros((1 + dim, dim))
         pull[0] = size * np.array(way[:dim]) / np.linalg.norm(way)
-        read.tractions[-1][face] = pull
+        add(read.tractions[-1], [face], pull)
 
 
 def _volume_load(read: Any, keyword: Keyword, kind: str, row: Sequence[str]) -> None:
     size, *way = read.floats(keyword, (*row[2:9], *[""] * 7)[:7])
-    long = math.hypot(*way[:3]) or 1.0
-    loads: Keyed = {"acceleration": [size * c / long for c in way[:3]]}
+    key, load = "acceleration", size * np.array(way[:3]) / (math.hypot(*way[:3]) or 1.0)
     if kind[0] == "B":
-        loads = {f"force_{kind[1].lower()}": size}
+        key, load = "force", size * np.eye(3)["XYZ".index(kind[1])]
+    # without a set it is that of the whole model
+    elements = read.file.members(row[0], "ELSET") if row[0] else [*read.file.elements]
     if kind == "CENTRIF":
+        key, load = "rotation", np.array([size, *way])
         if size < 0.0:
             raise read.error(keyword, f"CENTRIF: ω² is not negative, got {size:g}")
-        loads = {"angular_velocity": math.sqrt(size), "centre": way[:3], "axis": way[3:]}
-    # without a set it is that of the whole model
-    for number in read.file.members(row[0], "ELSET") if row[0] else read.file.elements:
-        read.volume[-1][number] = read.volume[-1].get(number, {}) | loads
+        if twice := [n for n in elements if read.volume[-1].pop((n, key), None) is not None]:
+            read.note(keyword, f"CENTRIF: the second of {count(twice, 'element')}; it is taken")
+    add(read.volume[-1], [(number, key) for number in elements], load)
+
+
+def add(loads: dict[Any, Any], places: Iterable[Hashable], load: Any) -> None:
+    """Add a load to those that act in the same step: lines of a step add up, also of CalculiX."""
+    for place in places:
+        loads[place] = loads.get(place, 0.0) + load

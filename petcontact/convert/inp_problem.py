@@ -20,8 +20,8 @@ from .inp_file import Face, read_inp
 from .inp_references import Reference, bolt, cut, obstacle, spread
 from .inp_statements import Statements
 
-Pair = tuple[Keyed, Reference | None]
-"""A contact, and the node at which a bolt is pulled there."""
+Pair = tuple[Keyed, Reference | None, str]
+"""A contact, the node at which a bolt is pulled there, and its interaction."""
 
 
 @dataclass
@@ -74,7 +74,7 @@ def convert_inp(path: str | Path, name: str) -> Converted:
         "symmetry": "axial" if bodies[0].kind == "CAX" else "",
         "body": [body.table(mesh) for mesh, body in meshes.items()],
         "obstacle": [obstacle(reader, one, 0, bodies[0].kind) for one in _rigid(reader, pairs)],
-        "contact": [pair | (bolt(reader, at, 0) if at else {}) for pair, at in pairs],
+        "contact": [one[0] | (bolt(reader, one[1], 0) if one[1] else {}) for one in pairs],
         "step": list(_steps(reader, bodies, pairs)),
     }
     lost = [*_uncovered(reader, bodies), *_unused(reader, bodies), *_lost_forces(reader, bodies)]
@@ -164,7 +164,7 @@ def _unused(reader: Statements, bodies: list[InpBody]) -> Iterator[str]:
 
 
 def _pairs(reader: Statements, bodies: list[InpBody]) -> Iterator[Pair]:
-    """Contacts, each with the node at which a bolt is pulled there."""
+    """Contacts, each with the node at which a bolt is pulled there, and its interaction."""
     nodes = {one.name for one in reader.references}
     for number, pair in enumerate(reader.pairs, 1):
         ends = {
@@ -178,20 +178,23 @@ def _pairs(reader: Statements, bodies: list[InpBody]) -> Iterator[Pair]:
                 f"a body; not taken"
             )
             continue
-        law = dict(reader.laws.get(pair["interaction"], {}))
+        law = dict(reader.laws[0].get(pair["interaction"], {}))
         if pair["kind"] == "TIE" or law.get("normal") == "bonded":
             law = {"normal": "bonded"}
         gap = reader.clearances.get((pair["secondary"], pair["primary"]))
         sides = {side: end if len(end) > 1 else end[0] for side, end in ends.items()}
         given = {"name": f"pair{number}", **sides, **law, **({} if gap is None else {"gap": gap})}
-        yield given, pair.get("bolt")
+        named = "" if law.get("normal") == "bonded" else pair["interaction"]
+        yield given, pair.get("bolt"), named
 
 
 def _rigid(reader: Statements, pairs: list[Pair]) -> list[Reference]:
     """Reference nodes to which a surface is bonded; one may have several surfaces."""
     names = {one.name: one for one in reader.references}
     return [
-        names[name] for name in dict.fromkeys(str(p["primary"]) for p, _ in pairs) if name in names
+        names[name]
+        for name in dict.fromkeys(str(p["primary"]) for p, _, _ in pairs)
+        if name in names
     ]
 
 
@@ -212,12 +215,8 @@ def _steps(reader: Statements, bodies: list[InpBody], pairs: list[Pair]) -> Iter
                 force for force in body.forces(number) if force not in body.forces(number - 1)
             ]
             now, before = body.volume(number), body.volume(number - 1)
-            ended = {
-                key: [0.0] * body.dim if key == "acceleration" else 0.0
-                for key in before.keys() - now.keys() - {"centre", "axis"}
-            }
             if now != before:
-                changes["loads"].append({**own, **ended, **now})
+                changes["loads"].append({**own, **now})
         if number:
             changes |= _followers(reader, pairs, bodies[0].kind, number)
         yield {"name": name, **{k: v for k, v in changes.items() if v}}
@@ -226,15 +225,22 @@ def _steps(reader: Statements, bodies: list[InpBody], pairs: list[Pair]) -> Iter
 def _followers(
     reader: Statements, pairs: list[Pair], kind: str, step: int
 ) -> dict[str, list[Keyed]]:
-    """What reference nodes change in a step."""
+    """What reference nodes and *CHANGE FRICTION change in a step."""
     moved = [
         [obstacle(reader, one, k, kind) for one in _rigid(reader, pairs)] for k in (step, step - 1)
     ]
-    bolts = [
-        [{"name": pair["name"], **bolt(reader, at, k)} for pair, at in pairs if at]
+    laws = [
+        [
+            {
+                "name": pair["name"],
+                **(bolt(reader, at, k) if at else {}),
+                **{word: v for word, v in reader.laws[k].get(name, {}).items() if word != "normal"},
+            }
+            for pair, at, name in pairs
+        ]
         for k in (step, step - 1)
     ]
     return {
         key: [now for now, was in zip(*states, strict=True) if now != was]
-        for key, states in (("obstacle", moved), ("contact", bolts))
+        for key, states in (("obstacle", moved), ("contact", laws))
     }

@@ -7,7 +7,7 @@ import functools
 import itertools
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -47,20 +47,40 @@ SILENT = {
     "PRINT",
 }
 """What says nothing of the problem, all bodies being isotropic, or is read with what names it."""
-CHANGING: dict[str, tuple[str, ...]] = {
-    "OP": ("MOD", "NEW"),
-    "ADJUST": (),
-    "DEPENDENCIES": (),
-    "ROUGH": (),
-    "NLGEOM": ("NO",),
-    "STICK SLOPE": (),
-    "SLIP TOLERANCE": (),
-    "USER": (),
-    "SUBMODEL": (),
-    "TIME DELAY": (),
-    "LOAD CASE": ("1",),
+_LOADS = ("OP", "AMPLITUDE", "LOAD CASE")
+UNDERSTOOD: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("CLOAD", "DLOAD", "DSLOAD", "TEMPERATURE"), _LOADS),
+    "BOUNDARY": (*_LOADS, "TYPE", "FIXED"),
+    "STEP": ("NAME", "INC", "NLGEOM", "UNSYMM"),
+    "STATIC": ("DIRECT", "SOLVER"),
+    "AMPLITUDE": ("NAME", "DEFINITION", "TIME", "VALUE"),
+    "INITIAL CONDITIONS": ("TYPE",),
+    "TRANSFORM": ("NSET", "TYPE"),
+    "SURFACE": ("NAME", "TYPE", "INTERNAL"),
+    "CONTACT PAIR": ("INTERACTION", "TYPE", "TIED", "SMALL SLIDING", "EXTENSION ZONE"),
+    "TIE": ("NAME", "ADJUST", "POSITION TOLERANCE", "TYPE", "TIED", "NO ROTATION", "NO THICKNESS"),
+    "CLEARANCE": ("MASTER", "MAIN", "SLAVE", "SECONDARY", "VALUE"),
+    "SURFACE INTERACTION": ("NAME",),
+    "CHANGE FRICTION": ("INTERACTION",),
+    "SURFACE BEHAVIOR": ("PRESSURE-OVERCLOSURE", "NO SEPARATION"),
+    "FRICTION": ("TAUMAX",),
+    "MATERIAL": ("NAME",),
+    "ELASTIC": ("TYPE",),
+    "DENSITY": (),
+    "EXPANSION": ("TYPE", "ZERO"),
+    "SOLID SECTION": ("ELSET", "MATERIAL", "ORIENTATION", "CONTROLS"),
+    "COUPLING": ("REF NODE", "SURFACE", "CONSTRAINT NAME"),
+    "RIGID BODY": ("REF NODE", "ROT NODE", "NSET"),
+    "PRE-TENSION SECTION": ("SURFACE", "NODE"),
 }
-"""Parameters that change what a keyword says, and their values that do not."""
+"""Parameters of keywords that are read, or that change nothing here."""
+MEANING: dict[str, tuple[str, ...]] = {
+    "OP": ("MOD", "NEW"),
+    "NLGEOM": ("NO",),
+    "LOAD CASE": ("1",),
+    "DEFINITION": ("TABULAR",),
+}
+"""Values of parameters that are understood; other parameters may have any."""
 MEANT = {
     "EQUATION": "ties displacements of nodes to each other: ",
     "MPC": "ties displacements of nodes to each other: ",
@@ -119,11 +139,11 @@ class Statements:
     pressed, tractions : lists of dicts by face
         At the end of each step, tractions as `linear_traction` has them [stress].
     pressing : dict of str by face
-        The surface that presses it last, "" of an element's own pressure.
+        The surface that presses it, "" of an element's own pressure, or "several".
     forces : list of dicts by node and degree of freedom
         At the end of each step [force].
-    volume : list of dicts by element
-        Keys and values of `loads` at the end of each step.
+    volume : list of dicts by element and kind
+        At the end of each step: acceleration, force, or ω², centre and axis of a rotation.
     warmed : list of dicts by node
         Temperature at the end of each step.
     initial : dict by node
@@ -143,6 +163,8 @@ class Statements:
     references : list of Reference
     period : float
         Time of the step that is read.
+    begin : float
+        Time of the steps before.
     """
 
     file: InpFile
@@ -151,7 +173,7 @@ class Statements:
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
     sections: dict[int, str] = field(default_factory=dict)
     thickness: dict[int, float] = field(default_factory=dict)
-    laws: dict[str, Keyed] = field(default_factory=dict)
+    laws: list[dict[str, Keyed]] = field(default_factory=lambda: [{}])
     pairs: list[Keyed] = field(default_factory=list)
     clearances: dict[tuple[str, str], float] = field(default_factory=dict)
     held: list[dict[str, dict[int, float | str]]] = field(default_factory=lambda: [{}])
@@ -159,7 +181,7 @@ class Statements:
     tractions: list[dict[Face, Any]] = field(default_factory=lambda: [{}])
     pressing: dict[Face, str] = field(default_factory=dict)
     forces: list[dict[tuple[int, int], float]] = field(default_factory=lambda: [{}])
-    volume: list[dict[int, Keyed]] = field(default_factory=lambda: [{}])
+    volume: list[dict[tuple[int, str], Array]] = field(default_factory=lambda: [{}])
     warmed: list[dict[int, float]] = field(default_factory=lambda: [{}])
     initial: dict[int, float] = field(default_factory=dict)
     rollers: dict[str, dict[int, Array]] = field(default_factory=dict)
@@ -170,44 +192,51 @@ class Statements:
     steps: list[str] = field(default_factory=list)
     references: list[Reference] = field(default_factory=list)
     period: float = 1.0
+    begin: float = 0.0
 
     def read(self) -> None:
         """Read all keywords in order; those in a step belong to it."""
         for name, numbers in self.file.nsets.items():
             if unknown := {*numbers} - self.file.nodes.keys():
                 self.notes.append(f"*NSET {name}: {count([*unknown], 'node')} not there; not taken")
-        self.references, unread = references_of(self), dict[str, list[Keyword]]()
+        self.references, unread = references_of(self), dict[tuple[str, str], list[Keyword]]()
         for keyword in self.file.rest:
-            self._check_parameters(keyword)
+            for text in self._not_understood(keyword):
+                unread.setdefault((keyword.name, text), []).append(keyword)
             if keyword.name == "STEP":
                 # the first step's conditions stand beside those of the model
                 if self.steps:
-                    lasting = self.held, self.pressed, self.tractions, self.volume, self.warmed
-                    for states in list[Any](lasting):
+                    for states in list[Any]((self.held, self.warmed, self.laws)):
                         states.append(copy.deepcopy(states[-1]))
-                    self.forces.append({})
+                    for states in itertools.chain(*self.added.values()):
+                        states.append({})
+                    self.begin += self.period
                 self.steps.append(keyword.parameters.get("NAME", f"step{len(self.steps) + 1}"))
                 self.period = 1.0
             elif read := self._readers.get(keyword.name):
                 renew(self, keyword)
                 read(at_end(self, keyword))
-            elif keyword.name not in SILENT | READ:
-                unread.setdefault(keyword.name, []).append(keyword)
-        for name, (first, *more) in unread.items():
-            times = f" ({1 + len(more)} times)" if more else ""
-            self.note(first, f"{MEANT.get(name, '')}not taken{times}")
+        for (_, text), (first, *more) in unread.items():
+            self.note(first, text + (f" ({1 + len(more)} times)" if more else ""))
         gather(self)
-        self.forces = list(itertools.accumulate(self.forces, operator.or_))
+        for states in itertools.chain(*self.added.values()):
+            states[:] = itertools.accumulate(states, operator.or_)
         turn(self)
 
-    def _check_parameters(self, keyword: Keyword) -> None:
-        """Note parameters that change a keyword and are not read."""
-        given = keyword.parameters
-        for parameter in sorted(given.keys() & CHANGING.keys()):
-            if given[parameter].upper() not in CHANGING[parameter]:
-                self.note(
-                    keyword, f"{parameter}{given[parameter] and f'={given[parameter]}'}; not taken"
-                )
+    def _not_understood(self, keyword: Keyword) -> Iterator[str]:
+        """Yield what to say of a keyword that is not read, or of parameters of one that is."""
+        name = keyword.name
+        if name not in self._readers.keys() | SILENT | READ | {"STEP"}:
+            yield f"{MEANT.get(name, '')}not taken"
+        for parameter, value in keyword.parameters.items() if name in UNDERSTOOD else ():
+            known = parameter in (*UNDERSTOOD[name], "INPUT", "INSTANCE")
+            if not known or value.upper() not in MEANING.get(parameter, (value.upper(),)):
+                yield f"{parameter}{value and f'={value}'}; not taken"
+
+    @property
+    def added(self) -> dict[str, list[list[dict[Any, Any]]]]:
+        """Loads of the steps by keyword; those of one step add up, a later one replaces them."""
+        return {"CLOAD": [self.forces], "DLOAD": [self.pressed, self.tractions, self.volume]}
 
     @functools.cached_property
     def _readers(self) -> dict[str, Callable[[Keyword], None]]:
@@ -224,6 +253,7 @@ class Statements:
             "DSLOAD": functools.partial(read_load, self),
             "MATERIAL": self._named,
             "SURFACE INTERACTION": self._named,
+            "CHANGE FRICTION": self._named,
             "ELASTIC": self._property,
             "DENSITY": self._property,
             "EXPANSION": self._property,
@@ -241,12 +271,12 @@ class Statements:
 
     def _named(self, keyword: Keyword) -> None:
         """Remember the material or interaction to which the next keywords belong."""
-        self.names[keyword.name] = keyword.parameters.get("NAME", "").upper()
+        kind = keyword.name.replace("CHANGE FRICTION", "SURFACE INTERACTION")
+        name = keyword.parameters.get("NAME", keyword.parameters.get("INTERACTION", ""))
+        self.names[kind] = name.upper()
 
     def _property(self, keyword: Keyword) -> None:
-        if keyword.name == "ELASTIC" and keyword.parameters.get(
-            "TYPE", "ISOTROPIC"
-        ).upper() not in ("ISO", "ISOTROPIC"):
+        if keyword.parameters.get("TYPE", "ISO").upper() not in ("ISO", "ISOTROPIC"):
             raise self.error(keyword, "materials are isotropic; take the body as a superelement")
         for row in keyword.rows[:1]:
             values = dict(zip(PROPERTIES[keyword.name], self.floats(keyword, row), strict=False))
@@ -264,7 +294,7 @@ class Statements:
 
     def _law(self) -> Keyed:
         """Return the keys and values of the interaction that is read."""
-        return self.laws.setdefault(self.names.get("SURFACE INTERACTION", ""), {})
+        return self.laws[-1].setdefault(self.names.get("SURFACE INTERACTION", ""), {})
 
     def _behaviour(self, keyword: Keyword) -> None:
         """Read hard contact, with or without opening, and ties; note anything else."""
@@ -341,7 +371,9 @@ class Statements:
 
     def _pair(self, keyword: Keyword) -> None:
         kind = keyword.parameters.get("TYPE", "").upper()
-        for row in keyword.rows:
+        # sectors that repeat are no ties of faces that touch
+        sectors = keyword.parameters.keys() - {*UNDERSTOOD["TIE"]} if keyword.name == "TIE" else ()
+        for row in () if sectors else keyword.rows:
             if len(row) < 2:
                 self.note(keyword, f"{row[0]}: contact of a surface with itself; not taken")
                 continue

@@ -130,6 +130,12 @@ def test_what_a_contact_is_and_its_clearance(statement, behaviour, normal, coeff
     (pair,) = problem.contact
     assert (pair.normal, pair.friction_coefficient, pair.gap) == (normal, coefficient, 0.01)
     assert pair.secondary == "body2.HIGH" and notes == []
+    steps = ["*STEP", "*END STEP", "*STEP", "*CHANGE FRICTION, INTERACTION=I", "*FRICTION", "0.1"]
+    problem, notes = converted(
+        tmp_path, "\n".join([*low, *high, MATERIAL.strip(), *contact, *steps])
+    )
+    changed = [change.friction_coefficient for change in problem.step[1].contact]
+    assert changed == [0.1] * (normal != "bonded") and notes == []
 
 
 def test_nodes_that_are_held_one_by_one_hold_their_faces(tmp_path):

@@ -73,7 +73,7 @@ def test_new_loads_take_the_place_of_old_ones(tmp_path: Path) -> None:
     problem, notes = deck(
         tmp_path,
         "*DLOAD\nTOP, P, 2.\nALL, GRAV, 4., 0., -2.",
-        "*DLOAD, OP=NEW\nTOP, P, 3.\nTOP, P, 3.",
+        "*DLOAD, OP=NEW\nTOP, P, 3.",
         first="*MATERIAL, NAME=M\n*DENSITY\n1.\n",
     )
     assert not notes
@@ -81,14 +81,27 @@ def test_new_loads_take_the_place_of_old_ones(tmp_path: Path) -> None:
     assert raised(problem) == pytest.approx([-0.002 - 0.002, -0.003], rel=1e-5)
 
 
-def test_a_second_pressure_on_a_face_is_told(tmp_path: Path) -> None:
-    """Programs differ: Abaqus adds those of two surfaces, CalculiX takes the last."""
+def test_loads_of_one_step_add_up(tmp_path: Path) -> None:
+    """Programs differ only in what a surface does to the load of another in an earlier step."""
     lid = "*SURFACE, NAME=LID\nALL, S3\n"
     problem, notes = deck(
         tmp_path, "*DSLOAD\nTOP, P, 2.\nLID, P, 1.", "*DSLOAD\nLID, P, 3.", first=lid
     )
     assert len(notes) == 1 and "LID: 1 element (1) that another surface presses" in notes[0]
-    assert raised(problem) == pytest.approx([-0.001, -0.003], rel=1e-6)
+    assert raised(problem) == pytest.approx([-0.003, -0.003], rel=1e-6)
+
+
+def test_weights_in_two_directions_act_together(tmp_path: Path) -> None:
+    problem, notes = deck(
+        tmp_path,
+        "*DLOAD\nALL, GRAV, 4., 0., -2.\nALL, GRAV, 3., 1., 0.\nALL, BY, 2.\nALL, BY, 1.",
+        "*DLOAD\nALL, GRAV, 5., 0., -1.",
+        first="*MATERIAL, NAME=M\n*DENSITY\n1.\n",
+    )
+    assert not notes
+    assert problem.body[0].loads.acceleration == (3.0, -4.0)
+    assert problem.body[0].loads.force == (0.0, 3.0)
+    assert problem.step[1].loads[0].acceleration == (0.0, -5.0)
 
 
 def test_conditions_and_forces_are_renewed_too(tmp_path: Path) -> None:

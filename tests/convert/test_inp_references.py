@@ -136,13 +136,18 @@ def test_a_section_that_cuts_no_body_is_named(tmp_path: Path) -> None:
 
 
 def test_an_amplitude_and_a_file_of_loads(tmp_path: Path) -> None:
-    """A load that is at half of its value at the end of the step, in a file of its own."""
+    """A load that is at half of its value at the end of the step, in a file of its own; in the
+    total time it is there after the second one."""
     load = "*DSLOAD, AMPLITUDE=A\nTOP, TRVEC, 2., 0., -3."
     (tmp_path / "loads.inp").write_text(f"*STATIC\n0.1, 2.\n{load}\n")
     top = "*SURFACE, NAME=TOP\n2, S3\n*AMPLITUDE, NAME=A\n0., 0., 4., 1."
     problem, notes = column(tmp_path, "CPE4", top, "*INCLUDE, INPUT=loads.inp")
     assert not notes
     assert at_foot(solve(problem))[0] == pytest.approx([0.0, 1.0], abs=1e-3)
+    total = top.replace("NAME=A", "NAME=A, TIME=TOTAL TIME")
+    problem, notes = column(tmp_path, "CPE4", total, *[f"*STATIC\n0.1, 1.\n{load}"] * 2)
+    assert not notes
+    assert [f[1] for f in at_foot(solve(problem))] == pytest.approx([0.5, 1.0], abs=1e-3)
 
 
 @pytest.mark.parametrize(
