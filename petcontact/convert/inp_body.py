@@ -60,7 +60,7 @@ class InpBody:
     rolling : set of str
         Node sets that are held across their plane faces only.
     free : dict of corner nodes by face
-        Faces on which loads act: they are not in contact, and not held in all components.
+        Faces on which loads act: they are not in contact, and not held in all components for good.
     inside : dict of (K, d) arrays by node
         Forces inside at the end of each step [force].
     """
@@ -88,7 +88,10 @@ class InpBody:
         loads act."""
         holding = self._holding(faces)
         self.rolling = self._rolling(holding)
-        self.free = {f: faces[f] for f in faces if FREE in self._value(holding[f], -1)}
+        steps = range(len(self.reader.held))
+        self.free = {
+            f: faces[f] for f in faces if any(FREE in self._value(holding[f], k) for k in steps)
+        }
         loads = self._loads(self.free)
         says = {face: (holding[face], loads.get(face, self._none)) for face in faces}
         names: dict[tuple[tuple[str, ...], tuple[Load, ...]], str] = {((), self._none): "rest"}
@@ -171,16 +174,16 @@ class InpBody:
         return tractions
 
     def _forces(self) -> dict[int, Array]:
-        """Forces at nodes at the end of each step, (K, d), where a node is not held: there they
-        strain nothing."""
+        """Forces at nodes at the end of each step, (K, d), where a node is not held then: there
+        they strain nothing."""
         reader, forces = self.reader, dict[int, Array]()
-        held = {
-            (node, freedom)
-            for name, values in reader.held[-1].items()
-            for node in reader.file.members(name)
-            for freedom in values
-        }
         for k, step in enumerate(reader.forces):
+            held = {
+                (node, freedom)
+                for name, values in reader.held[k].items()
+                for node in reader.file.members(name)
+                for freedom in values
+            }
             for node, freedom in (step.keys() - held) & self.freedoms:
                 through = forces.setdefault(node, np.zeros((len(reader.forces), self.dim)))
                 through[k, freedom - 1] = step[node, freedom]

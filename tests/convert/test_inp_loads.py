@@ -61,10 +61,11 @@ def test_a_pressure_may_be_on_a_surface(load: str, tmp_path: Path) -> None:
     assert raised(problem) == pytest.approx([-0.002], rel=1e-6)
 
 
-def test_what_is_fixed_stays_where_it_is(tmp_path: Path) -> None:
-    problem, notes = deck(
-        tmp_path, "*DLOAD\nTOP, P, 2.", "*BOUNDARY, FIXED\nHEAD, 2, 2\n*DLOAD, OP=NEW"
-    )
+@pytest.mark.parametrize(
+    ("load", "held"), [("*DLOAD\nTOP, P, 2.", "HEAD, 2, 2"), ("*CLOAD\nHEAD, 2, -2.", "HEAD, 1, 2")]
+)
+def test_what_is_fixed_stays_where_it_is(load: str, held: str, tmp_path: Path) -> None:
+    problem, notes = deck(tmp_path, load, f"*BOUNDARY, FIXED\n{held}\n*DLOAD, OP=NEW")
     assert not notes
     assert raised(problem) == pytest.approx([-0.002, -0.002], rel=1e-6)
 
