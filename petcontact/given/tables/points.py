@@ -40,8 +40,8 @@ def _read(value: object) -> tuple[tuple[float, ...], ...]:
 def rows_of(path: Path) -> list[tuple[float, ...]]:
     """The rows of a file, below lines of names and units, in which nothing begins as a number.
 
-    The last line shows what is between columns. Beside semicolons or tabs a comma is a decimal
-    point.
+    The last line shows what is between columns; blanks may stand for it in some. Beside semicolons
+    or tabs a comma is a decimal point.
     """
     text = path.read_text(encoding="utf-8-sig", errors="replace")
     lines = [line.partition("#")[0].strip() for line in text.splitlines()]
@@ -73,9 +73,9 @@ def _row(where: str, cells: list[str], line: str) -> tuple[float, ...]:
 
 
 def _cells(line: str, between: str | None) -> list[str]:
-    """What a line has in its columns."""
+    """What a line has in its columns; some files have tabs in some lines and blanks in others."""
     if between:
-        return line.replace(",", ".").split(between)
+        return line.replace(",", ".").split(between if between in line else None)
     return line.split("," if "," in line else None)
 
 
