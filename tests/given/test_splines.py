@@ -117,7 +117,6 @@ def test_a_surface_through_points_in_space(scattered, smooth):
         ("0,0\n1;0,5\n2,0\n3,0\n", {}, "line 2 of"),
         ("0,0 0,5\n1,5 2,0\n", {"columns": [0, 1]}, "row of numbers: '0,0 0,5'"),
         ("0 mm;1 mm\n1 mm;2 mm\n", {}, "line 1 of"),
-        ("0 1\n2\t3\n", {}, "line 1 of"),
         ("scan\nof one\n", {}, "line 2 of"),
         ("0,0\n1,a\n2,0\n3,0\n", {}, "is no row of numbers: '1,a', got"),
         ("0,0\n1\n2,0\n3,0\n", {}, "has 1 columns, those before have 2"),
