@@ -262,14 +262,11 @@ def _some(found: Keyed, file: str) -> list[Keyed]:
     """The solids of the file, if there are some."""
     solids: list[Keyed] = found["solids"]
     if not solids:
-        what = (
-            f"{found['loose']} surface{'s' * (found['loose'] != 1)} but no solid"
-            if found["loose"]
-            else "no solid"
-        )
+        loose = found["loose"]
+        surfaces = f"{loose} surface{'s' * (loose != 1)}, which do not close, but " * bool(loose)
         raise InputError(
-            f"{file}: holds {what}, which do not close; a body is one solid with a closed surface: "
-            "sew it in the CAD program, and save it as STEP"
+            f"{file}: holds {surfaces}no solid; a body is one solid with a closed surface: sew it "
+            "in the CAD program, and save it as STEP"
         )
     return solids
 
