@@ -1,6 +1,6 @@
 """Write a commented starter config, with the schema that editors complete and check it by.
 
---from part.inp writes the problem of a flat input file of Abaqus or CalculiX: bodies with their
+--from part.inp writes the problem of an input file of Abaqus or CalculiX: bodies with their
 surfaces as .msh files, contact pairs with friction, supports and pressures. --from assembly.step
 (.iges, .brep, .msh) proposes one: its bodies, which of their parts may touch, supports and loads to
 be given. What of a file is not taken is named, and stands in the config, too.

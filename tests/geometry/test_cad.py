@@ -176,7 +176,11 @@ def boxes(occ):
     [
         (boxes, {}, "holds 2 solids"),
         (boxes, {"solid": 3}, "no solid 3; there are 1 "),
-        (lambda occ: occ.addRectangle(0, 0, 0, 1, 1), {}, "holds 1 surface, which do not close, but no solid"),
+        (
+            lambda occ: occ.addRectangle(0, 0, 0, 1, 1),
+            {},
+            "holds 1 surface, which do not close, but no solid",
+        ),
         (lambda occ: boxes(occ)[0], {"solid": 1, "parts": {"top": [9]}}, "there are 1 to 6"),
     ],
 )
