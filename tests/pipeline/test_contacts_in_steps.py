@@ -85,11 +85,13 @@ def test_a_preload_is_reached_and_locked(kind, normal, tmp_path):
     assert np.allclose([p.mean() for p in pressures(again)], wanted, rtol=1e-7)
 
 
-@pytest.mark.parametrize("kind", ["plane", "space"])
-def test_friction_changes_linearly_in_a_step(kind):
+@pytest.mark.parametrize(
+    ("kind", "first"), [("plane", ""), ("space", ""), ("plane", "friction_coefficient = 0.0\n")]
+)
+def test_friction_changes_linearly_in_a_step(kind, first):
     """A column that is pressed and pushed sideways slides with what friction leaves."""
     d = KINDS[kind]
-    given = f"interference = {OVERLAP}\n"
+    given = f"interference = {OVERLAP}\n{first}"
     pushed = [0.5] + [0.0] * (d - 1)
     steps = "[[step]]\n" + change(friction_coefficient=0.2)
     steps += f'[[step.boundary]]\nbody = "upper"\npart = "top"\nvalue = {json.dumps(pushed)}\n'
@@ -101,6 +103,7 @@ def test_friction_changes_linearly_in_a_step(kind):
         for step in solution.steps
     ]
     assert solution.converged and shares[0].max() == 0.0
+    assert "without friction" not in solution.verdict()
     for share, mu in zip(shares[1:], (0.2, 0.15, 0.1), strict=True):
         assert np.allclose(share, mu, rtol=1e-6)
 
