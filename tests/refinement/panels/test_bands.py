@@ -13,7 +13,7 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
 from petcontact.pipeline.adapt.long_contacts import Long, followed
-from petcontact.refinement.panels.bands import _one_frame, _outermost, banded
+from petcontact.refinement.panels.bands import banded
 from petcontact.refinement.panels.face_gaps import face_gap, touching
 from petcontact.refinement.panels.forecast import (
     Line,
@@ -22,6 +22,7 @@ from petcontact.refinement.panels.forecast import (
     forecast_of,
     hertz_ellipse,
 )
+from petcontact.refinement.panels.frames import one_frame, outermost
 from petcontact.refinement.panels.panel_cuts import too_large
 from petcontact.refinement.panels.quartering import cut
 from petcontact.refinement.panels.ridge import ridge_of
@@ -344,7 +345,7 @@ def test_frames_have_no_panels_without_width():
     inside = np.array([[5e-12, 0.1], [1.0 - 5e-12, 0.1], [1.0 - 5e-12, 0.9], [5e-12, 0.9]])
     share = np.array([0.0, 0.3, 0.5, 0.9, 1.0])[:, None]
     rim = [a + share * (b - a) for a, b in zip(inside, np.roll(inside, -1, axis=0), strict=True)]
-    cells, _ = _one_frame(rim, corners, 0.0, [True] * 4)
+    cells, _ = one_frame(rim, corners, 0.0, [True] * 4)
     sides = np.diff(cells[:, :3], axis=1)
     assert len(cells) == 8 and np.abs(np.cross(sides[:, 0], sides[:, 1])).min() > 1e-4
 
@@ -357,5 +358,5 @@ def test_the_last_frame_around_a_turned_band_does_not_fold(angle):
         np.array([np.cos(angle), np.sin(angle)]),
         np.array([-np.sin(angle), np.cos(angle)]),
     )
-    face, _ = _outermost(chart, (np.zeros(2), np.array([across, along])), np.array([-1, -3, 1, 3]))
+    face, _ = outermost(chart, (np.zeros(2), np.array([across, along])), np.array([-1, -3, 1, 3]))
     assert face is not None and face[1, 0] - face[0, 0] > 24.0 * np.cos(0.25 * np.pi)
