@@ -8,6 +8,7 @@ from shapes import cuboid, drawn, moved, problem, rollers, solid, touching
 
 from petcontact import Problem
 from petcontact.pipeline.adapt.banded import Bands, zones_of
+from petcontact.pipeline.adapt.expected import Expected
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.pipeline.adapt.known_forces import known_force
 from petcontact.refinement.panels.bands import banded
@@ -115,8 +116,8 @@ def test_a_whole_o_ring_has_the_same_band_as_the_plate_below_it():
     ]
     below = {"name": "below", "secondary": "ring.lower", "primary": "plate.top"}
     posed = Problem(body=bodies, contact=[below | {"direction": [0.0, 0.0, -1.0]}]).posed
-    bands, meshes = Bands(posed, 0.05), FirstMeshes(posed, 4000).meshes
-    long = bands._expected(posed.interfaces[0], 47.0, meshes, None)
+    meshes = FirstMeshes(posed, 4000).meshes
+    (long,) = Expected(posed).zones(posed.interfaces[0], 47.0, meshes, None)
     assert long.closed and long.zone.mirrored == (True, True)
     for chart, band in zip(long.charts, zones_of(long), strict=True):
         number = int(band is not long.zone)
@@ -145,7 +146,7 @@ def test_a_quarter_of_a_block_has_the_band_of_the_whole_one(symmetric):
         made, laid = Bands(posed, 0.05).first(FirstMeshes(posed, 4000).meshes, lambda made: made)
         area = (2.0 - lower[0]) * (2.0 - lower[1])
         assert made[0].weight[made[0].nodes_of("top")].sum() == pytest.approx(area)
-        expected.append(laid.of("pair").zone)
+        expected += [long.zone for long in laid.long["pair"]]
     whole, part = expected
     assert part.widest == pytest.approx(whole.widest, rel=0.02)
     assert part.mirrored == ("front" in symmetric, False)

@@ -3,10 +3,12 @@ to begin, and what the next band is like."""
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy
 
 from ...arrays import Array, Mask
 from ...fields.boundary.places import located, sizes
@@ -26,6 +28,8 @@ LEFT = SHRINK / (1.0 - SHRINK)
 """Error of p over its change from a band with one line less between the ridge and the edge [-]. The
 L2 error of polynomials next to a root is proportional to the width of the last panel, which falls
 by `SHRINK` with each line."""
+UNKNOWN = ContactEllipse(np.zeros(2), np.eye(2))
+"""The zone of a contact that no forecast has."""
 NEAR = 0.01
 """Distance of a node from a panel of another mesh of its face over the size of the panel, up to
 which it lies on it [-]."""
@@ -61,7 +65,7 @@ class LaidBands:
     Attributes
     ----------
     long : dict
-        The long contacts by interface; None for one that is not long.
+        The zones of each interface; none where one of them is not known.
     lines : dict of int
         Lines between the ridge and the edge of each band.
     made : dict of int
@@ -70,21 +74,19 @@ class LaidBands:
         Largest number of lines of first bands.
     """
 
-    long: dict[str, Long | None] = field(default_factory=dict)
+    long: dict[str, list[Long]] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
     made: dict[str, int] = field(default_factory=dict)
     most: int = LEVELS - 1
 
-    def of(self, name: str) -> Long:
-        """Return a long contact that has a band, by its interface."""
-        long = self.long[name]
-        assert long is not None
-        return long
-
     @property
     def by_change(self) -> bool:
         """Whether the error is known from changes between bands only, whatever tails say."""
-        return any(self.of(name).is_band for name in self.lines)
+        return any(map(self.has_band, self.lines))
+
+    def has_band(self, name: str) -> bool:
+        """Return whether a contact has a band, by its interface."""
+        return any(long.is_band for long in self.long[name])
 
     def apart(self, before: Solution, after: Solution, errors: TailErrors) -> float:
         """Return the relative error of p and q by their change from one band to the next [-].
@@ -97,41 +99,69 @@ class LaidBands:
             for side in after.posed.interfaces:
                 if not new.pairs[side.name].size.any():
                     continue
-                if self.made.get(side.name, 0) < 2 or not self.of(side.name).is_band:
+                if self.made.get(side.name, 0) < 2 or not self.has_band(side.name):
                     return np.inf
-                weight = errors.weight(side, new) * self.of(side.name).away(new.pairs[side.name].x)
+                x, longs = new.pairs[side.name].x, self.long[side.name]
+                weight = errors.weight(side, new) * np.all([one.away(x) for one in longs], axis=0)
                 worst = max(worst, _difference((before, old), (after, new), side, weight))
         return LEFT * worst
 
     @property
     def places(self) -> dict[str, Callable[[Array], Mask]]:
         """Functions by interface that return which points (n, 3) lie in its band."""
-        return {name: self.of(name).holds for name in self.lines}
+        return {name: functools.partial(_held, self.long[name]) for name in self.lines}
 
 
-def round_zone(chart: Chart, solution: Solution, name: str, sticks: bool) -> ContactEllipse | None:
-    """Return the ellipse of contact after the last step, with the disc that sticks, or None if
-    contact has another shape; earlier steps lie inside."""
-    pairs = [step.pairs[name] for step in step_ends(solution.steps or solution.tried)]
-    closed = np.any([pair.pressure > 0.0 for pair in pairs], axis=0)
-    last, place = pairs[-1], chart.local(pairs[-1].x)
-    zone = zone_of(place, last.weight, last.pressure, closed)
+def _held(longs: Sequence[Long], x: Array) -> Mask:
+    return np.asarray(np.any([long.holds(x) for long in longs], axis=0))
+
+
+def followed(longs: Sequence[Long], solution: Solution, name: str, sticks: bool) -> list[Long]:
+    """Return the zones of a contact that carry anything as a solution has them, or none if one of
+    them has another shape. Each node belongs to the nearest one."""
+    steps, result = step_ends(solution.steps or solution.tried), list[Long]()
+    pairs = [step.pairs[name] for step in steps]
+    away = [
+        scipy.spatial.cKDTree(long.charts[0].at(long.zone.points)).query(pairs[-1].x)[0]
+        for long in longs
+    ]
+    for k, long in enumerate(longs):
+        own = np.argmin(away, axis=0) == k
+        if any(pair.pressure[own].any() for pair in pairs):
+            zone = (
+                _moved_band(long, long.zone, pairs, own)
+                if isinstance(long.zone, ContactBand)
+                else _round_zone(long.charts[0], pairs, own, sticks)
+            )
+            if zone is None:
+                return []
+            result.append(replace(long, zone=zone))
+    return result
+
+
+def _round_zone(
+    chart: Chart, pairs: Sequence[PairResult], own: Mask, sticks: bool
+) -> ContactEllipse | None:
+    """Return the ellipse of contact of nodes after the last step, with the disc that sticks, or
+    None if contact has another shape; earlier steps lie inside."""
+    closed = np.any([pair.pressure[own] > 0.0 for pair in pairs], axis=0)
+    last, place = pairs[-1], chart.local(pairs[-1].x[own])
+    zone = zone_of(place, last.weight[own], last.pressure[own], closed)
     if zone is None or not sticks:
         return zone
-    return with_stick(zone, place, last.weight, last.state, last.slip_increment)
+    return with_stick(zone, place, last.weight[own], last.state[own], last.slip_increment[own])
 
 
-def followed(long: Long, band: ContactBand, solution: Solution) -> ContactBand:
-    """Return a band with the widths, the length and the place that a solution has.
+def _moved_band(
+    long: Long, band: ContactBand, pairs: Sequence[PairResult], own: Mask
+) -> ContactBand:
+    """Return a band with the widths, the length and the place that nodes of a solution give it.
 
     Ends that are sharp stay, and the ridge stays parallel to itself.
     """
-    pair = max(
-        (step.pairs[long.side.name] for step in step_ends(solution.steps or solution.tried)),
-        key=lambda each: float(each.weight @ each.pressure),
-    )
+    pair = max(pairs, key=lambda each: float(each.weight[own] @ each.pressure[own]))
     across, along = band.coordinates(long.charts[0].local(pair.x))
-    force = pair.weight * pair.pressure * band.is_inside(along)
+    force = pair.weight * pair.pressure * (own & band.is_inside(along))
     if not force.any():
         return band
     off = 0.0 if band.halved else float(force @ across / force.sum())

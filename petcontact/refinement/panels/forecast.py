@@ -76,9 +76,9 @@ def hertz_ellipse(
 
 def ellipse_of(
     gap: Gap, chart: Chart, start: Array, force: float, modulus: float
-) -> ContactEllipse | None:
-    """Return Hertz' ellipse about the least gap near a place, or None if it is elongated or not on
-    the face, if the gap is not parabolic there, or less than the approach elsewhere, too.
+) -> tuple[ContactEllipse, float, float] | None:
+    """Return Hertz' ellipse about the least gap near a place, this gap, and the approach; or None
+    if it is elongated or not on the face, or if the gap is not parabolic there.
 
     Parameters
     ----------
@@ -107,10 +107,15 @@ def ellipse_of(
     rise = gap(zone.at(np.column_stack([np.cos(turn), np.sin(turn)]))) - least
     off = np.abs(rise - 0.5 * (k_1 * (a * np.cos(turn)) ** 2 + k_2 * (b * np.sin(turn)) ** 2))
     fits = np.all((zone.corners > chart.low) & (zone.corners < chart.high))
+    found = zone, least, approach
+    return found if fits and off.max() <= PARABOLIC * approach else None
+
+
+def is_alone(gap: Gap, chart: Chart, zone: ContactEllipse, level: float) -> bool:
+    """Return whether the gap is less than a level about a zone only."""
     place = samples(chart)
     beside = np.sum(zone.local(place) ** 2, axis=1) > 4.0  # the parabola is the approach at 2
-    alone = gap(place[beside]).min(initial=np.inf) > least + approach
-    return zone if fits and alone and off.max() <= PARABOLIC * approach else None
+    return bool(gap(place[beside]).min(initial=np.inf) > level)
 
 
 @record

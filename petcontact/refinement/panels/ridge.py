@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...geometry.charts import Chart
 from ...record import record
 from ...round_off import SINGLE
@@ -98,14 +98,18 @@ def samples(chart: Chart) -> Array:
     return np.asarray(place[chart.holds(place, 0.0)])
 
 
-def _lowest(gap: Gap, chart: Chart) -> Array:
-    """Return the samples (n, 2) with the least gaps."""
-    grid = samples(chart)
-    values = gap(grid)
+def nearly_least(values: Array, more: float = 0.0) -> Mask:
+    """Return which gaps (n,) of samples may be the least one, or at most so much more."""
     faced = np.isfinite(values)
     least = float(values[faced].min(initial=np.inf))
     far = float(np.median(values[faced])) - least if faced.any() else 0.0
-    return np.asarray(grid[faced & (values <= least + NEAR * far)])
+    return np.asarray(faced & (values <= least + NEAR * far + more))
+
+
+def _lowest(gap: Gap, chart: Chart) -> Array:
+    """Return the samples (n, 2) with the least gaps."""
+    grid = samples(chart)
+    return np.asarray(grid[nearly_least(gap(grid))])
 
 
 def lowest_sample(gap: Gap, chart: Chart) -> Array | None:

@@ -273,7 +273,8 @@ def test_a_band_lies_where_a_solution_has_its_contact():
     pressure = np.sqrt(np.maximum(1.0 - ((x[:, 0] - 0.02) / 0.1) ** 2, 0.0))
     pair = SimpleNamespace(x=x, weight=np.ones(len(x)), pressure=pressure)
     step = SimpleNamespace(pairs={"c": pair}, load=1.0, step=1)
-    band = followed(long, long.zone, SimpleNamespace(steps=[step], tried=[step]))
+    (long,) = followed([long], SimpleNamespace(steps=[step], tried=[step]), "c", False)
+    band = long.zone
     assert band.at(np.array([1.0]))[0][0, 0] == pytest.approx(0.02, abs=1e-6)
     assert band.half == pytest.approx(0.104, rel=1e-3)
 
