@@ -29,6 +29,8 @@ IMAGES = 12
 PARABOLIC = 0.02
 """Largest difference of the gap along a ridge from a parabola, over the approach, with which a
 contact is Hertz' ellipse [-]."""
+AROUND = np.array([(math.cos(k), math.sin(k)) for k in np.linspace(0.0, 2.0 * math.pi, 17)[1:]])
+"""Points of a unit circle."""
 
 
 def hertz_ellipse(
@@ -91,24 +93,30 @@ def ellipse_of(
     """
     if (point := lowest_point(gap, chart, start)) is None:
         return None
-    place, curvatures, vectors, _ = point
-    slopes = chart.slopes(place[None])[:, 0]
-    back = np.linalg.inv(np.linalg.cholesky(slopes @ slopes.T))
-    (k_2, k_1), ways = np.linalg.eigh(back @ (vectors * curvatures) @ vectors.T @ back.T)
-    if not k_2 > 0.0:
+    place, least = point[0], float(gap(point[0][None])[0])
+    curvatures, ways = _on_face(chart, *point[:3])
+    if not curvatures[1] > 0.0:
         return None
-    a, b, approach = hertz_ellipse((k_1, k_2), force, modulus)
-    if b > ELONGATED * a:
+    *half, approach = hertz_ellipse(curvatures, force, modulus)
+    if half[1] > ELONGATED * half[0]:
         return None
-    axes = back.T @ ways[:, ::-1] * [a, b]
+    axes = ways * half
     zone = ContactEllipse(place, axes * [1.0, np.sign(np.linalg.det(axes))])
-    turn = np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False)
-    least = float(gap(place[None])[0])
-    rise = gap(zone.at(np.column_stack([np.cos(turn), np.sin(turn)]))) - least
-    off = np.abs(rise - 0.5 * (k_1 * (a * np.cos(turn)) ** 2 + k_2 * (b * np.sin(turn)) ** 2))
+    off = gap(zone.at(AROUND)) - least - 0.5 * AROUND**2 @ (curvatures * np.square(half))
     fits = np.all((zone.corners > chart.low) & (zone.corners < chart.high))
     found = zone, least, approach
-    return found if fits and off.max() <= PARABOLIC * approach else None
+    return found if fits and np.abs(off).max() <= PARABOLIC * approach else None
+
+
+def _on_face(
+    chart: Chart, place: Array, curvatures: tuple[float, float], vectors: Array
+) -> tuple[tuple[float, float], Array]:
+    """Return the curvatures of a gap along the face itself, the larger one first, and their
+    directions on the chart (as columns)."""
+    slopes = chart.slopes(place[None])[:, 0]
+    back = np.linalg.inv(np.linalg.cholesky(slopes @ slopes.T))
+    (least, most), ways = np.linalg.eigh(back @ (vectors * curvatures) @ vectors.T @ back.T)
+    return (float(most), float(least)), back.T @ ways[:, ::-1]
 
 
 def is_alone(gap: Gap, chart: Chart, zone: ContactEllipse, level: float) -> bool:

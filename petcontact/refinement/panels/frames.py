@@ -28,8 +28,8 @@ def frames_around(chart: Chart, inner: Inner) -> list[Array]:
     """
     origin, axes, width = inner.origin, inner.axes, inner.width
     rim = [(side - origin) @ axes.T for side in inner.rim]
-    every = np.concatenate(rim)
-    box = np.append(every.min(axis=0), every.max(axis=0))
+    box = np.concatenate(rim)
+    box = np.append(box.min(axis=0), box.max(axis=0))
     face, last = outermost(chart, (origin, axes), box)
     if chart.round and not np.abs(last - box).min() > 0.0:
         return []

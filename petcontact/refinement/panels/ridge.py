@@ -76,7 +76,7 @@ def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None
     place = lowest_sample(gap, chart) if start is None else start
     if place is None or (first := lowest_point(gap, chart, place)) is None:
         return None
-    place, (slope, _), vectors, stencil = first
+    place, curvatures, vectors, stencil = first
     line = _Line(gap, chart, place, vectors[:, 1], stencil)
     rows = np.concatenate([line.along(-1.0)[::-1], line.seen(np.zeros(1)), line.along(1.0)])
     t, value, curvature, off = rows[np.append(True, np.diff(rows[:, 0]) > SINGLE * line.step)].T
@@ -86,8 +86,8 @@ def ridge_of(gap: Gap, chart: Chart, start: Array | None = None) -> Ridge | None
     points = line.places(t)
     ends = chart.at(points[[0, -1]])
     closed = chart.wraps and bool(np.linalg.norm(ends[1] - ends[0]) < SINGLE * (t[-1] - t[0]))
-    sides = np.repeat(line.across[None], len(t), axis=0)
-    return Ridge(points, sides, t - t[0], value, curvature, slope, closed)
+    across = np.repeat(line.across[None], len(t), axis=0)
+    return Ridge(points, across, t - t[0], value, curvature, curvatures[0], closed)
 
 
 def samples(chart: Chart) -> Array:

@@ -81,12 +81,8 @@ def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
     rings : int
         Number of rings between the core, or the stick zone, and the edge.
     """
-    face, reach = np.stack([chart.low, chart.high]), np.linalg.norm(zone.axes, axis=1)
-    near = np.abs(face - zone.centre) < AROUND[1] * reach
-    box = np.where(near, face, zone.centre + np.outer([-1.0, 1.0], AROUND[0] * reach))
-    low, high = box
     inner = CORE if zone.stick == 1.0 else zone.stick + NARROW[-1]
-    corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    corners = _rectangle(chart, zone)
     rim, counts = _equal_angles(
         zone.local(corners), min(SECTOR, LONG * (1.0 - inner) * SHRINK ** (rings - 1))
     )
@@ -97,12 +93,7 @@ def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
     ):
         return None
     lines, orders = _inside(rim, counts, rings, zone.middle, zone.stick)
-    widths = _widths(lines, np.linalg.norm(rim, axis=1))
-    # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p there
-    shares = twice_as_fine(widths)[1:]
-    outside = lines[-1] + shares[:, None, None] * (rim - lines[-1])
-    around = np.concatenate([twice_as_fine(lines), outside])
-    around = np.append(around, around[:, :1], axis=1)
+    around = _around(lines, rim)
     grids = [_filled(lines[0], *counts), *(around[k : k + 3] for k in range(0, len(around) - 1, 2))]
     made = [cells_of(zone.at(grid)) for grid in grids]
     orders = [2, *orders, *(len(made) - len(orders) - 1) * [2]]
@@ -111,12 +102,36 @@ def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
         QuadraticCells(chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)).distortion < DISTORTED
     ):
         return None
-    ends = np.cumsum([0, *counts, *counts])
-    along = zone.at(np.append(rim, rim[:1], axis=0)[::2])
-    sides = [along[a : b + 1] for a, b in itertools.pairwise(ends)]
     width = float(np.linalg.norm(zone.at(around[-1]) - zone.at(around[-3]), axis=1).min())
-    order = np.repeat(orders, [*map(len, made)])
+    order, sides = np.repeat(orders, [*map(len, made)]), _sides(zone.at(rim), counts)
     return Inner(cells, order, sides, np.zeros(2), np.eye(2), width)
+
+
+def _rectangle(chart: Chart, zone: ContactEllipse) -> Array:
+    """Return the corners (4, 2) of the rectangle around a zone, counter-clockwise."""
+    face, reach = np.stack([chart.low, chart.high]), np.linalg.norm(zone.axes, axis=1)
+    near = np.abs(face - zone.centre) < AROUND[1] * reach
+    low, high = np.where(near, face, zone.centre + np.outer([-1.0, 1.0], AROUND[0] * reach))
+    return np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+
+
+def _around(lines: Array, rim: Array) -> Array:
+    """Return closed lines around a zone, those given and others up to a rim, each second one in the
+    middle of panels.
+
+    Linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p there.
+    """
+    shares = twice_as_fine(_widths(lines, np.linalg.norm(rim, axis=1)))[1:]
+    outside = lines[-1] + shares[:, None, None] * (rim - lines[-1])
+    around = np.concatenate([twice_as_fine(lines), outside])
+    return np.append(around, around[:, :1], axis=1)
+
+
+def _sides(rim: Array, counts: tuple[int, int]) -> list[Array]:
+    """Return the ends of panels along each side of a rim."""
+    along = np.append(rim, rim[:1], axis=0)[::2]
+    ends = np.cumsum([0, *counts, *counts])
+    return [along[a : b + 1] for a, b in itertools.pairwise(ends)]
 
 
 def _equal_angles(corners: Array, sector: float) -> tuple[Array | None, tuple[int, int]]:
