@@ -105,7 +105,8 @@ def watched() -> Iterator[None]:
 def _watch(reader: int, over: threading.Event) -> None:
     """End the process `LATEST` after a signal, but while signals are held back and until the block
     is over."""
-    number = os.read(reader, 1)  # nothing where the block ends without a signal
+    while (number := os.read(reader, 1)) == bytes([signal.SIGPROF]):  # of `limited`
+        pass  # nothing is read where the block ends without a signal
     late = time.monotonic() + LATEST
     while number and not over.wait(0.1):
         if time.monotonic() > late and not _deferring:
@@ -168,6 +169,31 @@ def answering(comm: Comm) -> Iterator[None]:
         raise BrokenOff(f"interrupted by {interrupted.name}") from None
     finally:
         _deferring = held
+
+
+@contextlib.contextmanager
+def limited(comm: Comm) -> Iterator[Callable[[float, str], None]]:
+    """A block that ends after as much processor time as what it yields is called with, for the
+    reason that is given there, where one rank runs alone.
+
+    Raises
+    ------
+    BrokenOff
+        When the time is over.
+    """
+
+    def limit(seconds: float, reason: str) -> None:
+        def over(number: int, frame: FrameType | None) -> None:
+            raise BrokenOff(reason)
+
+        if comm.getSize() == 1 and threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGPROF, over)
+            signal.setitimer(signal.ITIMER_PROF, seconds)
+
+    try:
+        yield limit
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 @contextlib.contextmanager

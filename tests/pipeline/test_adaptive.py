@@ -18,11 +18,13 @@ from shapes import closing, drawn, elastic, moved, problem, rectangle, solid, to
 from petcontact import InputError, Polygon, adapt
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.mesh.hp_grading import Grading, graded_mesh
+from petcontact.pipeline import run
 from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.adapt.level_solver import LevelSolver
 from petcontact.pipeline.adapt.slip_ladder import (
     Slip,
 )
+from petcontact.pipeline.eliminate import eliminated
 from petcontact.pipeline.judge.thickness import slenderness
 from petcontact.refinement.contact_line import (
     ContactLine,
@@ -233,6 +235,24 @@ def test_specks_are_removed_and_zones_kept():
     element = np.repeat(np.arange(4), 3)
     sign = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1])
     assert without_specks(sign, element).tolist() == [1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1]
+
+
+def test_an_elimination_that_takes_far_longer_than_announced_is_given_up(monkeypatch):
+    """That of the second mesh takes seconds more, of which it gets a tenth of one."""
+    ended = []
+
+    def slow(*args, **options):
+        system, over = eliminated(*args, **options), time.process_time() + 3.0 * len(ended)
+        while time.process_time() < over:
+            pass
+        ended.append(system)
+        return system
+
+    monkeypatch.setattr(level_solver, "OVER", 0.02)
+    monkeypatch.setattr(run, "eliminated", slow)
+    solution = adapt(example(1), 1e-9)
+    assert len(ended) == 1 and len(solution.accuracy.elements) == 1
+    assert "times the announced 5 s of processor time are over" in solution.reason
 
 
 def test_a_mesh_that_takes_far_longer_than_announced_is_given_up(monkeypatch):

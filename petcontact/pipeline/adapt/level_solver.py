@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import scipy.spatial
@@ -17,7 +19,7 @@ from ...model.problem import Problem
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.memory import release_memory
-from ...runtime.signals import answering
+from ...runtime.signals import answering, limited
 from ...runtime.terminal import SOON
 from ...untyped import Comm
 from ..choice import TIGHTEST, USUAL, Newton, chosen_tolerance, has_compressed
@@ -62,7 +64,7 @@ class LevelSolver:
     ) -> None:
         self.problem = by_newton(problem)
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
-        self._told, self._due = 0.0, math.inf
+        self._due, self._late = math.inf, ""
         self._aimed = self._tolerance = math.nan
         self._needed = 0.0
         self._tried: PreparedProblem | None = None
@@ -70,18 +72,27 @@ class LevelSolver:
         self.kept: PreparedProblem | None = None
         self.coarse: Coarse | None = None
 
-    def _announced(self, nodes: int, unknowns: int, seconds: float, memory: float) -> Progress:
-        """Announce a mesh, and note when it has taken far longer."""
-        self._told = max(seconds, SOON)
-        self._due = time.process_time() + OVER * self._told
+    def _announced(
+        self,
+        limit: Callable[[float, str], None],
+        nodes: int,
+        unknowns: int,
+        seconds: float,
+        memory: float,
+    ) -> Progress:
+        """Announce a mesh with one before it, and limit its time."""
+        told = max(seconds, SOON)
+        self._due = time.process_time() + OVER * told
+        self._late = f"{OVER} times the announced {told:.0f} s of processor time are over"
+        limit(OVER * told, self._late)
         return (
             silent if self._announce is None else self._announce(nodes, unknowns, seconds, memory)
         )
 
     def _watch(self, state: ContactState) -> str | None:
         """Return why a mesh with one before it ends, or what the monitor says."""
-        if self.kept is not None and time.process_time() > self._due:
-            return f"{OVER} times the announced {self._told:.0f} s of processor time are over"
+        if time.process_time() > self._due:
+            return self._late
         return None if self._monitor is None else self._monitor(state)
 
     def aim(self, accuracy: float) -> None:
@@ -151,8 +162,8 @@ class LevelSolver:
     def _once(self, meshes: Meshes[M], last: Solution | None, error: float) -> Tried[M]:
         """Return the solve on meshes, with the current tolerance."""
         self._release()
-        with answering(self._comm):
-            discrete, self._tried = self._prepared(meshes, last)
+        with answering(self._comm), limited(self._comm) as limit:
+            discrete, self._tried = self._prepared(meshes, last, limit)
         problem = replace(self._tried, start=meshes.start(self._tried), needed=self._needed)
         if last is not None:
             factors = known_factors(last) if says_something(error) else {}
@@ -166,7 +177,7 @@ class LevelSolver:
         return Tried(meshes, discrete, replace(solution, problem=self.problem))
 
     def _prepared(
-        self, meshes: Meshes[M], last: Solution | None
+        self, meshes: Meshes[M], last: Solution | None, limit: Callable[[float, str], None]
     ) -> tuple[Discrete, PreparedProblem]:
         """Return the problem on new meshes, and the same after the elimination."""
         began = time.perf_counter()
@@ -188,7 +199,7 @@ class LevelSolver:
             discrete.problem,
             self._comm,
             discrete,
-            announce=self._announced,
+            announce=self._announce if last is None else partial(self._announced, limit),
             newton=USUAL if last is None else _steps_of(last, discrete),
         )
         problem.timings["mesh"] += seconds
