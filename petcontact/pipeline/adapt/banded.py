@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
 
@@ -22,12 +23,12 @@ from .known_forces import is_held, known_force, way_of
 from .long_contacts import LEFT, UNKNOWN, LaidBands, Long, followed
 
 ERRORS: dict[type, tuple[float, ...]] = {
-    ContactBand: (0.052 * LEFT, 0.033 * LEFT, 0.023 * LEFT),
+    ContactBand: (0.052 * LEFT, 0.033 * LEFT),
     ContactEllipse: (0.09, 0.04, 0.02),
 }
-"""Error of p with none, one and two lines between the ridge and the edge: of Hertz' ellipse 1:20
-by the change with one more line; of his circle, with one ring more, by tails (scripts/verify_space
---only adaptive)."""
+"""Error of p with none, one and more lines between the ridge and the edge: of Hertz' ellipse 1:20
+by the change with one more line, which has to come; of his circle, with one ring more, by tails
+(scripts/verify_space --only adaptive)."""
 Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
 
 
@@ -107,13 +108,12 @@ class Bands:
         while True:
             for sticks in (True, False) if solution is not None else (False,):
                 made, new = self._one_more(laid, meshes, forces, solution, sticks)
-                grown = [name for name, at in new.lines.items() if at != laid.lines.get(name)]
+                grown = [name for name, rows in new.lines.items() if rows != laid.lines.get(name)]
                 made = completed(made) if grown else []
                 if made:
-                    counts = {name: laid.made.get(name, 0) + 1 for name in grown}
-                    return made, replace(new, made=laid.made | counts)
+                    return made, new
             laid = replace(laid, long=new.long | laid.long)
-            used = max((new.lines[name] for name in grown), default=0)
+            used = max((new.lines[name][-1] for name in grown), default=0)
             if laid.lines or not used:
                 return [], laid
             laid = replace(laid, most=max(used - 2, 0))
@@ -138,17 +138,22 @@ class Bands:
                 laid = replace(laid, long={**laid.long, **longs}, lines=laid.lines | own)
         return made, laid
 
-    def _lines(self, laid: LaidBands, longs: Sequence[Long]) -> int:
-        """Return the number of lines of the next band: as many as reach the wanted error, or one
-        more than before. First rings show where a contact sticks, and later ones follow that."""
+    def _lines(self, laid: LaidBands, longs: Sequence[Long]) -> tuple[int, ...]:
+        """Return the numbers of lines of a contact up to the next band: as many as reach the wanted
+        error, or one more than before; those before if there is no next one.
+
+        First rings show where a contact and its stick end. Later ones follow these edges, twice
+        with one number of lines: the first ones move them.
+        """
         side, is_band = longs[0].side, any(long.is_band for long in longs)
-        made = laid.lines.get(side.name)
-        errors = zip(*(ERRORS[type(long.zone)][:-1] for long in longs), strict=True)
+        lines = laid.lines.get(side.name, ())
+        errors = itertools.zip_longest(*(ERRORS[type(long.zone)] for long in longs), fillvalue=0.0)
         needed = sum(max(each) > self._wanted for each in errors)
-        if made is None:
-            seen_later = not is_band and side.law.may_stick
-            return 0 if seen_later else min(needed, laid.most)
-        return min(made + 1 if is_band else max(made + 1, needed), LEVELS - 1)
+        if not lines:
+            return (0 if side.law.may_stick and not is_band else min(needed, laid.most),)
+        more = lines[-1] + (is_band or lines[1:].count(lines[-1]) > 1)
+        more = more if is_band else max(more, needed)
+        return (*lines, more) if more < LEVELS else lines
 
     def _longs(
         self,
@@ -187,13 +192,13 @@ class Bands:
         self,
         meshes: Sequence[SurfaceMesh],
         longs: Mapping[str, list[Long]],
-        levels: Mapping[str, int],
+        lines: Mapping[str, tuple[int, ...]],
     ) -> list[SurfaceMesh] | None:
         """Return meshes with the bands of a group on all its faces, or None without such."""
         laid, result = dict[tuple[int, str], list[Laid]](), [*meshes]
         for name, long in ((name, long) for name, own in longs.items() for long in own):
             for end, chart, zone in zip(long.side.ends, long.charts, zones_of(long), strict=True):
-                laid.setdefault(end, []).append((chart, zone, levels[name]))
+                laid.setdefault(end, []).append((chart, zone, lines[name][-1]))
         for (body, part), bands in laid.items():
             mesh = banded(result[body], part, *bands)
             if mesh is None:

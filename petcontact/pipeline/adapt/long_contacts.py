@@ -66,17 +66,14 @@ class LaidBands:
     ----------
     long : dict
         The zones of each interface; none where one of them is not known.
-    lines : dict of int
-        Lines between the ridge and the edge of each band.
-    made : dict of int
-        On how many meshes each contact has had a new band.
+    lines : dict of tuples of int
+        Lines between the ridge and the edge of each band, on all meshes on which it was new.
     most : int
         Largest number of lines of first bands.
     """
 
     long: dict[str, list[Long]] = field(default_factory=dict)
-    lines: dict[str, int] = field(default_factory=dict)
-    made: dict[str, int] = field(default_factory=dict)
+    lines: dict[str, tuple[int, ...]] = field(default_factory=dict)
     most: int = LEVELS - 1
 
     @property
@@ -99,7 +96,7 @@ class LaidBands:
             for side in after.posed.interfaces:
                 if not new.pairs[side.name].size.any():
                     continue
-                if self.made.get(side.name, 0) < 2 or not self.has_band(side.name):
+                if len(self.lines.get(side.name, ())) < 2 or not self.has_band(side.name):
                     return np.inf
                 x, longs = new.pairs[side.name].x, self.long[side.name]
                 weight = errors.weight(side, new) * np.all([one.away(x) for one in longs], axis=0)

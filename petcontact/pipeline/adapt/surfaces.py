@@ -222,7 +222,7 @@ class PanelTails(Strategy[TailEstimate, PanelMarks]):
             laid = replace(laid, most=0)
         made, bands = self._bands.next(laid, solution, self._first.plain, completed)
         # halving such panels costs more than a band
-        return replace(marks, bands=bands), made, refused if bands.lines and not made else ""
+        return replace(marks, bands=bands), made, refused if bands.by_change and not made else ""
 
     def _overlapping(self, errors: TailErrors, failed: StepResult) -> list[Mask]:
         """Return the panels of secondaries that overlap most between nodes, (n_elements, 1) for
