@@ -172,10 +172,16 @@ class Bands:
             if force > 0.0 and side.name not in known:
                 known[side.name] = self._expected.zones(side, force, meshes, solution)
             longs = known[side.name] if force > 0.0 else []
-            if solution is not None and force > 0.0 and (not longs or side.name in laid.lines):
-                longs = followed(
-                    longs or self._unknown(side, solution), solution, side.name, sticks
-                )
+            goes_on = side.name in laid.lines
+            if (
+                solution is not None
+                and force > 0.0
+                and (goes_on or not any(one.is_band for one in longs))
+            ):
+                asked = longs or self._unknown(side, solution)
+                seen = followed(asked, solution, side.name, sticks)
+                # finite bodies differ from half spaces, but a coarse mesh may see less
+                longs = seen if goes_on or len(seen) == len(asked) else longs
             if longs:
                 result[side.name] = longs
             elif force > 0.0 or solution is None:

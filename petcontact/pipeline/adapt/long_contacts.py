@@ -35,6 +35,10 @@ NEAR = 0.01
 which it lies on it [-]."""
 
 
+FEWEST = 10
+"""Least number of nodes whose pressure gives an ellipse: twice as many as it has parameters."""
+
+
 @record
 class Long:
     """A contact with a zone: its interface, the charts of its faces, the zone on the first one, and
@@ -143,6 +147,8 @@ def _round_zone(
     None if contact has another shape; earlier steps lie inside."""
     closed = np.any([pair.pressure[own] > 0.0 for pair in pairs], axis=0)
     last, place = pairs[-1], chart.local(pairs[-1].x[own])
+    if np.count_nonzero(closed) < FEWEST:
+        return None
     zone = zone_of(place, last.weight[own], last.pressure[own], closed)
     if zone is None or not sticks:
         return zone
