@@ -127,7 +127,8 @@ def one_frame(
         start, end = corners[k], corners[(k + 1) % 4]
         out = start + t[:, None] * (end - start)
         if disc is not None:
-            t = np.unique(np.concatenate([t, np.linspace(0.0, 1.0, ARCS + 1)]))
+            counts = np.ceil(ARCS * np.diff(t) - SINGLE).astype(int)
+            t = np.append(0.0, np.cumsum(np.repeat(np.diff(t) / counts, counts)))
             side = side[0] + t[:, None] * (side[-1] - side[0])
             out = _on_disc(start + t[:, None] * (end - start), *disc)
         quads = np.stack([out[:-1], out[1:], side[1:], side[:-1]], axis=1)
