@@ -172,21 +172,29 @@ class Bands:
             if force > 0.0 and side.name not in known:
                 known[side.name] = self._expected.zones(side, force, meshes, solution)
             longs = known[side.name] if force > 0.0 else []
-            goes_on = side.name in laid.lines
-            if (
-                solution is not None
-                and force > 0.0
-                and (goes_on or not any(one.is_band for one in longs))
-            ):
-                asked = longs or self._unknown(side, solution)
-                seen = followed(asked, solution, side.name, sticks)
-                # finite bodies differ from half spaces, but a coarse mesh may see less
-                longs = seen if goes_on or len(seen) == len(asked) else longs
+            if force > 0.0 and solution is not None:
+                longs = self._seen(side, longs, side.name in laid.lines, solution, sticks)
             if longs:
                 result[side.name] = longs
             elif force > 0.0 or solution is None:
                 return known, {}
         return known, result
+
+    def _seen(
+        self,
+        side: PosedInterface,
+        longs: list[Long],
+        laid: bool,
+        solution: Solution,
+        sticks: bool,
+    ) -> list[Long]:
+        """Return a contact as a solution has it, or as it is expected where a mesh without bands or
+        rings sees less of it: finite bodies differ from half spaces."""
+        if not laid and any(long.is_band for long in longs):
+            return longs
+        asked = longs or self._unknown(side, solution)
+        seen = followed(asked, solution, side.name, sticks)
+        return seen if laid or len(seen) == len(asked) else longs
 
     def _unknown(self, side: PosedInterface, solution: Solution) -> list[Long]:
         """Return a contact where p is largest, without a zone, or none if it has no charts."""

@@ -87,10 +87,8 @@ def _laid(chart: Chart, zone: Zone, level: int) -> tuple[Array, Array] | None:
     inner = inner_panels(zone, chart, level)
     if inner is None:
         return None
-    made = frames_around(chart, inner)
-    if not made:
-        return None
-    frames = _turned_less(np.concatenate(made), chart)
+    frames = np.concatenate([inner.outer, *frames_around(chart, inner)])
+    frames = _turned_less(frames, chart)
     cells = np.concatenate([inner.cells, frames])
     points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
     if chart.flat:
@@ -118,12 +116,12 @@ def _(band: ContactBand, chart: Chart, level: int) -> Inner | None:
     lines[(lines < low).any(axis=1)], lines[(lines > high).any(axis=1)] = low, high
     lines = np.unique(lines, axis=0)
     grid = ridge + twice_as_fine(lines)[..., None] * across
-    if not (chart.holds(grid.reshape(-1, 2), chart.slack).all() and band.straight):
+    if chart.round or not (chart.holds(grid.reshape(-1, 2), chart.slack).all() and band.straight):
         return None
     cells, ends = _turned_less(cells_of(grid), chart), grid[::2, ::2]
     rim = [ends[:, 0], ends[-1, :], ends[::-1, -1], ends[0, ::-1]]
     width = (MARGIN - 1.0) * band.widest
-    return Inner(cells, np.full(len(cells), 2), rim, *_axes(band), width)
+    return Inner(cells, cells[:0], np.full(len(cells), 2), rim, *_axes(band), width)
 
 
 def _room_across(chart: Chart, place: Array, across: Array) -> tuple[float, float]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ...arrays import Array
@@ -12,27 +10,22 @@ from ...round_off import SINGLE
 from .forecast import from_end
 from .rings import FRAMES, Inner
 
-ARCS = 3
-"""Least number of panels on a quarter of the rim of a disc: their parabolas are off by 1e-4 of its
-radius."""
-
 
 def frames_around(chart: Chart, inner: Inner) -> list[Array]:
-    """Return the panels of frames around inner ones up to the rim of the face, or none if there is
-    no room.
+    """Return the panels of frames around inner ones up to the rim of the face.
 
     Each side moves outward by a width that grows, and to the rim where less than half of the width
     would be left. Sides at the rim stay. Around a slanted rectangle all sides stop together where
     the next frame would reach the rim, and the last frame leads from there to it: its panels turn
     from one direction to another, and need room for it.
     """
+    if not inner.rim:
+        return []
     origin, axes, width = inner.origin, inner.axes, inner.width
     rim = [(side - origin) @ axes.T for side in inner.rim]
     box = np.concatenate(rim)
     box = np.append(box.min(axis=0), box.max(axis=0))
     face, last = outermost(chart, (origin, axes), box)
-    if chart.round and not np.abs(last - box).min() > 0.0:
-        return []
     sign, result = np.array([-1.0, -1.0, 1.0, 1.0]), list[Array]()
     while True:
         done = (1.5 if face is None else 1.0 + FRAMES) * width > sign * (last - box)
@@ -42,8 +35,7 @@ def frames_around(chart: Chart, inner: Inner) -> list[Array]:
             box = np.where(done, last, box + sign * width)
             corners = _box_corners(box)
         straight = [_is_straight(chart, origin + side @ axes) for side in rim]
-        disc = (-axes @ origin, float(chart.high[0])) if chart.round and done.all() else None
-        made, rim = one_frame(rim, corners, width if result else 0.0, straight, disc)
+        made, rim = one_frame(rim, corners, width if result else 0.0, straight)
         result.append(origin + made @ axes)
         if done.all():
             return result
@@ -58,16 +50,11 @@ def _is_straight(chart: Chart, side: Array) -> bool:
 
 
 def outermost(chart: Chart, axes: tuple[Array, Array], box: Array) -> tuple[Array | None, Array]:
-    """Return the corners of a slanted face (4, 2), those of the square in a disc, or None, and the
-    rectangle in which frames grow.
+    """Return the corners of a slanted face (4, 2), or None, and the rectangle in which frames grow.
 
     They are in the band's own axes.
     """
-    square = _box_corners(np.append(chart.low, chart.high))
-    if chart.round:
-        face = (math.sqrt(0.5) * square @ axes[1] - axes[0]) @ axes[1].T
-        return face, _room_in(face, box)
-    corners = (square - axes[0]) @ axes[1].T
+    corners = (_box_corners(np.append(chart.low, chart.high)) - axes[0]) @ axes[1].T
     if np.abs(axes[1]).max(axis=1).min() > 1.0 - SINGLE:
         return None, np.array([*corners.min(axis=0), *corners.max(axis=0)])
     # panels between sides that are turned by more than 45 degrees to each other would fold
@@ -97,25 +84,17 @@ def _room_in(corners: Array, box: Array) -> Array:
     return np.asarray(box + sign * low)
 
 
-def _on_disc(place: Array, centre: Array, radius: float) -> Array:
-    """Return the points of a circle in the direction of places (n, 2) from its centre."""
-    way = place - centre
-    return np.asarray(centre + radius * way / np.linalg.norm(way, axis=1, keepdims=True))
-
-
 def one_frame(
     rim: list[Array],
     corners: Array,
     width: float,
     straight: list[bool],
-    disc: tuple[Array, float] | None = None,
 ) -> tuple[Array, list[Array]]:
     """Return the panels (n, 9, 2) between a rim, four sides of points, and the sides between
     corners (4, 2), and the new rim.
 
     With width 0 panels are as long as those inside. On a side that is not straight they end where
-    those inside end: there would be slits between different parabolas otherwise. The new rim of a
-    disc, with a centre and a radius, is its own.
+    those inside end: there would be slits between different parabolas otherwise.
     """
     cells, outer = list[Array](), list[Array]()
     for k, side in enumerate(rim):
@@ -126,19 +105,10 @@ def one_frame(
             side = side[0] + t[:, None] * (side[-1] - side[0])
         start, end = corners[k], corners[(k + 1) % 4]
         out = start + t[:, None] * (end - start)
-        if disc is not None:
-            counts = np.ceil(ARCS * np.diff(t) - SINGLE).astype(int)
-            t = np.append(0.0, np.cumsum(np.repeat(np.diff(t) / counts, counts)))
-            side = side[0] + t[:, None] * (side[-1] - side[0])
-            out = _on_disc(start + t[:, None] * (end - start), *disc)
         quads = np.stack([out[:-1], out[1:], side[1:], side[:-1]], axis=1)
         one, other = quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]
         square = np.maximum(np.sum(one**2, axis=1), np.sum(other**2, axis=1))
-        nine = nine_points(quads[np.abs(np.cross(one, other)) > SINGLE * square])
-        if disc is not None:
-            moved = _on_disc(nine[:, 4], *disc) - nine[:, 4]
-            nine[:, [4, 8]] += np.stack([moved, 0.5 * moved], axis=1)
-        cells.append(nine)
+        cells.append(nine_points(quads[np.abs(np.cross(one, other)) > SINGLE * square]))
         outer.append(out)
     return np.concatenate(cells), outer
 

@@ -7,6 +7,7 @@ zone, where µp - |q| is one.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -46,12 +47,14 @@ class Inner:
 
     Attributes
     ----------
-    cells : (n, 9, 2) array
-        Points of panels on the chart [length].
+    cells, outer : (n, 9, 2), (m, 9, 2) arrays
+        Points of panels on the chart, and of those of order 2 beside the zone, which may be cut
+        [length].
     order : (n,) array
         Orders of panels.
-    rim : list of four (k, 2) arrays
-        Ends of panels along the sides of the rectangle, counter-clockwise [length].
+    rim : list of (k, 2) arrays
+        Ends of panels along the sides of the rectangle, counter-clockwise [length]; none if panels
+        reach to the rim of the face.
     origin, axes : (2,), (2, 2) arrays
         A point, and unit vectors along the sides of the rectangle as rows.
     width : float
@@ -59,6 +62,7 @@ class Inner:
     """
 
     cells: Array
+    outer: Array
     order: Array
     rim: list[Array]
     origin: Array
@@ -67,11 +71,11 @@ class Inner:
 
 
 def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
-    """Return the panels of a rectangle around a zone in rings, of order 2 but beside sticking; None
-    if the zone is too near to the rim of the face, or panels would be too distorted.
+    """Return the panels of a rectangle around a zone, or of a disc, in rings, of order 2 but beside
+    sticking; None if the zone is too near to the rim of the face, or panels would be too distorted.
 
     In the zone's coordinates it is the unit disc. Its core has panels in a grid. Rings lead from
-    the core to the edge, and from the edge to the rectangle.
+    the core to the edge, and from the edge to the rectangle, or to the rim of the disc.
 
     Parameters
     ----------
@@ -81,46 +85,78 @@ def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
     rings : int
         Number of rings between the core, or the stick zone, and the edge.
     """
-    inner = CORE if zone.stick == 1.0 else zone.stick + NARROW[-1]
-    corners = _rectangle(chart, zone)
-    rim, counts = _equal_angles(
-        zone.local(corners), min(SECTOR, LONG * (1.0 - inner) * SHRINK ** (rings - 1))
-    )
-    if (
-        rim is None
-        or not chart.holds(corners, 0.0).all()
-        or np.linalg.norm(rim, axis=1).min() < 1.0
-    ):
+    points_of = _on_circle if chart.round else _on_rectangle
+    rim, counts = points_of(chart, zone, _half_turn(zone, rings))
+    if not np.linalg.norm(rim, axis=1).min(initial=np.inf) >= 1.0:
         return None
     lines, orders = _inside(rim, counts, rings, zone.middle, zone.stick)
-    around = _around(lines, rim)
-    grids = [_filled(lines[0], *counts), *(around[k : k + 3] for k in range(0, len(around) - 1, 2))]
-    made = [cells_of(zone.at(grid)) for grid in grids]
-    orders = [2, *orders, *(len(made) - len(orders) - 1) * [2]]
-    cells = np.concatenate(made)
-    if not np.all(
-        QuadraticCells(chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)).distortion < DISTORTED
-    ):
+    around, edge = zone.at(_around(lines, rim)), 2 * len(lines) - 2
+    made = [cells_of(zone.at(_filled(lines[0], *counts)))]
+    made += [cells_of(around[k : k + 3]) for k in range(0, edge, 2)]
+    # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p there
+    outer = cells_of(around[edge:])
+    if _is_distorted(chart, np.concatenate([*made, outer])):
         return None
-    width = float(np.linalg.norm(zone.at(around[-1]) - zone.at(around[-3]), axis=1).min())
-    order, sides = np.repeat(orders, [*map(len, made)]), _sides(zone.at(rim), counts)
-    return Inner(cells, order, sides, np.zeros(2), np.eye(2), width)
+    width = float(np.linalg.norm(around[-1] - around[-3], axis=1).min())
+    order = np.repeat([2, *orders], [*map(len, made)])
+    sides = [] if chart.round else _sides(zone.at(rim), counts)
+    return Inner(np.concatenate(made), outer, order, sides, np.zeros(2), np.eye(2), width)
 
 
-def _rectangle(chart: Chart, zone: ContactEllipse) -> Array:
-    """Return the corners (4, 2) of the rectangle around a zone, counter-clockwise."""
+def _half_turn(zone: ContactEllipse, rings: int) -> int:
+    """Return the number of sectors of half a turn."""
+    inner = CORE if zone.stick == 1.0 else zone.stick + NARROW[-1]
+    sector = min(SECTOR, LONG * (1.0 - inner) * SHRINK ** (rings - 1))
+    return max(2, int(least_pieces(np.pi / sector)))
+
+
+def _is_distorted(chart: Chart, cells: Array) -> bool:
+    points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
+    return not np.all(QuadraticCells(points).distortion < DISTORTED)
+
+
+def _on_circle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array, tuple[int, int]]:
+    """Return points of the rim of a disc at equal angles about a zone, in its coordinates; and the
+    numbers of sectors of the first two of four sides."""
+    angle = np.pi * np.arange(4 * half) / (2 * half)
+    towards = np.column_stack([np.cos(angle), np.sin(angle)])
+    way = towards @ zone.axes.T
+    along, square = way @ zone.centre, np.sum(way**2, axis=1)
+    room = float(chart.high[0] ** 2 - zone.centre @ zone.centre)
+    share = (np.sqrt(np.maximum(along**2 + square * room, 0.0)) - along) / square
+    return share[:, None] * towards, (half // 2, half - half // 2)
+
+
+def _on_rectangle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array, tuple[int, int]]:
+    """Return points of a rectangle around a zone, in its coordinates, counter-clockwise, at equal
+    angles along each side; and the numbers of sectors of its first two sides."""
     face, reach = np.stack([chart.low, chart.high]), np.linalg.norm(zone.axes, axis=1)
     near = np.abs(face - zone.centre) < AROUND[1] * reach
     low, high = np.where(near, face, zone.centre + np.outer([-1.0, 1.0], AROUND[0] * reach))
-    return np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    corners = zone.local(np.array([low, [high[0], low[1]], high, [low[0], high[1]]]))
+    closed = np.append(corners, corners[:1], axis=0)
+    angle = np.unwrap(np.angle(closed @ [1.0, 1.0j]))
+    span = np.diff(angle)
+    once = np.isclose(span.sum(), 2.0 * np.pi)
+    if not (once and np.all((span > 0.0) & (span < np.pi))):
+        return np.zeros((1, 2)), (0, 0)
+    first = min(max(1, round(half * (span[0] + span[2]) / (2.0 * np.pi))), half - 1)
+    counts = first, half - first
+    return np.concatenate([*_side_points(closed, angle, counts)]), counts
+
+
+def _side_points(closed: Array, angle: Array, counts: tuple[int, int]) -> Iterator[Array]:
+    """Yield the points of each side between corners (5, 2) that are seen at equal angles."""
+    for k, span in enumerate(np.diff(angle)):
+        phi = angle[k] + span * np.arange(2 * counts[k % 2]) / (2 * counts[k % 2])
+        towards, along = np.column_stack([np.cos(phi), np.sin(phi)]), closed[k + 1] - closed[k]
+        share = cross(closed[k], towards) / cross(towards, along)
+        yield closed[k] + share[:, None] * along
 
 
 def _around(lines: Array, rim: Array) -> Array:
     """Return closed lines around a zone, those given and others up to a rim, each second one in the
-    middle of panels.
-
-    Linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p there.
-    """
+    middle of panels."""
     shares = twice_as_fine(_widths(lines, np.linalg.norm(rim, axis=1)))[1:]
     outside = lines[-1] + shares[:, None, None] * (rim - lines[-1])
     around = np.concatenate([twice_as_fine(lines), outside])
@@ -132,27 +168,6 @@ def _sides(rim: Array, counts: tuple[int, int]) -> list[Array]:
     along = np.append(rim, rim[:1], axis=0)[::2]
     ends = np.cumsum([0, *counts, *counts])
     return [along[a : b + 1] for a, b in itertools.pairwise(ends)]
-
-
-def _equal_angles(corners: Array, sector: float) -> tuple[Array | None, tuple[int, int]]:
-    """Return a rim between corners (4, 2) around a disc, counter-clockwise, with points at equal
-    angles along each side, or None; and the numbers of sectors of its first two sides."""
-    closed = np.append(corners, corners[:1], axis=0)
-    angle = np.unwrap(np.angle(closed @ [1.0, 1.0j]))
-    span = np.diff(angle)
-    once = np.isclose(span.sum(), 2.0 * np.pi)
-    if not (once and np.all((span > 0.0) & (span < np.pi))):
-        return None, (0, 0)
-    half = max(2, int(least_pieces(np.pi / sector)))
-    first = min(max(1, round(half * (span[0] + span[2]) / (2.0 * np.pi))), half - 1)
-    counts = first, half - first
-    points = []
-    for k in range(4):
-        phi = angle[k] + span[k] * np.arange(2 * counts[k % 2]) / (2 * counts[k % 2])
-        towards, along = np.column_stack([np.cos(phi), np.sin(phi)]), closed[k + 1] - closed[k]
-        share = cross(closed[k], towards) / cross(towards, along)
-        points.append(closed[k] + share[:, None] * along)
-    return np.concatenate(points), counts
 
 
 def _inside(
