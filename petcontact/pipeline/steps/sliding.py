@@ -9,6 +9,7 @@ The load is found between the increment before and one beyond.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -17,6 +18,7 @@ import numpy as np
 from ...arrays import Array
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import friction_bound
+from ...round_off import TINY
 from .increment import Increment, Monitor
 from .wear import Tried, with_wear
 
@@ -27,6 +29,11 @@ NEARLY = 0.98
 """Share of friction from which on a load without a solution is taken for one beyond the load at
 which the contact slips. A taper that is pulled off carries 0.998 at 0.998 of that load."""
 
+SHORT = 0.25
+"""Share of the way to a load without a solution that a try leaves: the way that slip told was up to
+1.2 times as long as the true one, of discs that are turned until they slide."""
+LEAST = math.sqrt(TINY)
+"""Slip whose square is no round-off yet [length]."""
 GOLDEN = 0.382
 """Share of the interval that a try leaves where nothing tells more: unlike a half it does not meet
 limit loads that are simple numbers, at which a body slides without end."""
@@ -89,27 +96,31 @@ def _beyond(tried: Tried, monitor: Monitor | None) -> Tried:
     return tried if beyond[1].converged else beyond
 
 
-def _guess(points: list[tuple[float, float]], low: float, high: float) -> float:
-    """Return where the friction that is left at the last two loads falls to half of `RESOLVED`."""
-    (a, left_a), (b, left_b) = points[-2:] if len(points) > 1 else 2 * points
+def _guess(points: list[tuple[float, float]], low: float, high: float, short: float) -> float:
+    """Return where what is left at the last two loads falls to half of `RESOLVED`, or short of it
+    by a share of the way, at least `RESOLVED` further."""
     guess = GOLDEN * low + (1.0 - GOLDEN) * high
-    if left_a > left_b:
-        guess = b + (b - a) * (left_b - 0.5 * RESOLVED) / (left_a - left_b)
-    return float(np.clip(guess, 0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high))
+    if len(points) > 1 and points[-2][1] > points[-1][1]:
+        (a, left_a), (b, left_b) = points[-2:]
+        way = (b - a) * (left_b - 0.5 * RESOLVED * (not short)) / (left_a - left_b)
+        guess = b + max((1.0 - short) * way, 0.9 * RESOLVED * b)
+    return float(np.clip(guess, low, 0.1 * low + 0.9 * high))
 
 
 def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
     """Return the increment that ends where a contact slips, or the last one before that.
 
     What friction could carry more is taken to fall linearly with the load, which it does under a
-    force on one body. Each try leaves at most nine tenths of the interval.
+    force on one body. Where shear turns until a load has no solution, slip has no bound there; the
+    angle that is left is like 1 over it, and its square falls linearly. A load without a solution
+    takes twenty times as long as others, so that tries stay short of it.
     """
     increment, low, high = beyond[0], beyond[0].begun, beyond[0].target
     above, below = beyond if beyond[1].converged else None, beyond
     to_last = _turns(increment) and above is None
-    points = [(low, 1.0 - slipping(increment, increment.before.sigma)[0])]
+    points = [(low, 1.0 - slipping(increment, increment.before.sigma)[0])] * (not to_last)
     while high - low > RESOLVED * high and high - increment.begun > RESOLVED:
-        target = _guess(points[:1] if to_last else points, low, high)
+        target = _guess(points, low, high, SHORT * to_last)
         following = increment.ending_at(target)
         tried = with_wear(following, following.solved(monitor), monitor)
         left = 1.0 - slipping(*_end(tried))[0]
@@ -117,7 +128,9 @@ def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
             return tried
         if tried[1].converged and (to_last or left >= RESOLVED):
             low, below = target, tried
-            points.append((low, left))
+            moved = max(float(lengths(tried[1].v).max()), LEAST)
+            points.append((low, moved**-2.0 if to_last else left))
             continue
+        points = points[-1:] if to_last else points
         high, above = target, tried if tried[1].converged else above
     return above or below
