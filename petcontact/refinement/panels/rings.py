@@ -202,7 +202,7 @@ def _widths(lines: Array, reach: Array) -> Array:
     """Return the ends (n,) of rings between the edge and a rim, over their distance [-]."""
     narrow = np.linalg.norm(lines[-1] - lines[-2], axis=1).min()
     steps = np.log1p((reach.max() - 1.0) * (FRAMES - 1.0) / narrow) / np.log(FRAMES)
-    number = max(1, int(steps))
+    number = max(1, int(np.ceil(steps)))
     return (FRAMES ** np.arange(number + 1) - 1.0) / (FRAMES**number - 1.0)
 
 
