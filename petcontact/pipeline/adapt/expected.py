@@ -123,8 +123,7 @@ class Expected(Keeping):
             if part.ridge is not None:
                 (chart, *_), ridge = part.charts, part.ridge
                 left = approach - float(ridge.gap.min() - shape.ridge.gap.min())
-                line = self._line(side, chart, ridge, meshes)
-                halved = self._mirrored(side, chart, ridge, meshes)[2]
+                line, (*_, halved) = self._line(side, chart, ridge, meshes)
                 own = force_at(ridge, line, left, self._modulus(side), deep) if left > 0.0 else 0.0
                 whole += own / (1.0 + halved)
         return whole
@@ -164,12 +163,11 @@ class Expected(Keeping):
             return Long(side, charts, found[0]), *found[1:]
         if ridge is None:
             return None
-        first, last, halved = self._mirrored(side, charts[0], ridge, meshes)
-        whole, line = force * (1.0 + halved), self._line(side, charts[0], ridge, meshes)
-        forecast = forecast_of(ridge, line, whole, modulus)
+        line, (*ends, halved) = self._line(side, charts[0], ridge, meshes)
+        forecast = forecast_of(ridge, line, force * (1.0 + halved), modulus)
         if not _is_long(forecast):
             return None
-        band = replace(band_of(ridge, forecast), mirrored=(first, last), halved=halved)
+        band = replace(band_of(ridge, forecast), mirrored=(ends[0], ends[1]), halved=halved)
         return Long(side, charts, band, ridge.closed), float(ridge.gap.min()), forecast.approach
 
     def _mirrored(
@@ -188,19 +186,21 @@ class Expected(Keeping):
 
     def _line(
         self, side: PosedInterface, chart: Chart, ridge: Ridge, meshes: Sequence[SurfaceMesh]
-    ) -> Line:
-        """Return where the ridge of a contact lies, and the planes of symmetry at its ends."""
+    ) -> tuple[Line, list[bool]]:
+        """Return where the ridge of a contact lies, and the planes of symmetry at its ends; and
+        whether contact goes on at both ends, and across."""
+        mirrored = self._mirrored(side, chart, ridge, meshes)
         ends = np.array([[0.0, 1e-4], [1.0, 1.0 - 1e-4]]) * (ridge.s[-1] - ridge.s[0]) + ridge.s[0]
         planes = [
             (place, place - inner)
             for (place, inner), here in zip(
                 (chart.at(ridge.at(both)[0]) for both in ends),
-                self._mirrored(side, chart, ridge, meshes)[:2],
+                mirrored[:2],
                 strict=True,
             )
             if here and not ridge.closed
         ]
-        return Line(chart.at(ridge.points), planes)
+        return Line(chart.at(ridge.points), planes), mirrored
 
     def _modulus(self, side: PosedInterface) -> float:
         """Return E* of a contact [stress]."""
