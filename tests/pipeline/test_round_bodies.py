@@ -59,8 +59,21 @@ def test_what_panels_of_a_ball_miss_of_its_weight_is_in_the_error_of_forces():
     missed = 1.0 - volume / (4.0 / 3.0 * np.pi)
     assert 1e-4 < missed < 0.1
     assert missed_volume(posed, [mesh]) == pytest.approx(missed, rel=0.15)
-    warm = {"loads": {"temperature": 1.0}, "material": {**STEEL, "thermal_expansion": 1e-5}}
-    assert missed_volume(problem(**ball(**warm)), [mesh]) == 0.0
+
+
+def test_what_panels_of_bars_miss_of_their_section_is_in_the_error_of_stress():
+    """Two bars that are held at their ends and pulled to a stress of 5 where they meet."""
+    held, bodies = [0, 0, 0], list[dict]()
+    for name, end, low in (("lower", "bottom", 0), ("upper", "top", 2)):
+        ends = {"from": [0, 0, low], "to": [0, 0, low + 2], "radius": 0.5}
+        bar = {"shape": "cylinder", **ends}
+        bodies.append(solid(name, bar, moved(end, held), material=elastic(1000.0, 0.0)))
+    bond = {"normal": "bonded", "preload": 1.25 * np.pi}
+    cut = touching("cut", "upper.bottom", "lower.top", **bond)
+    stresses = [n for n in solve(problem(body=bodies, contact=[cut])).numbers if "Mises" in n.name]
+    assert stresses
+    for stress in stresses:
+        assert 1e-5 < abs(stress.value[0] - 5.0) < stress.error < 1e-2
 
 
 def test_what_turns_a_ball_without_friction_is_held_by_nothing():

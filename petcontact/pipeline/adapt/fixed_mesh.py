@@ -90,8 +90,10 @@ def with_estimate(
         from .surface_errors import TailErrors
 
         solution = _with_missed(report(solution, None))
-        error, of_resultants = TailErrors(solution).error()
-        return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
+        errors = TailErrors(solution)
+        error, of_resultants = errors.error()
+        told = Accuracy(error=error, resultants=of_resultants, shared=errors.shared)
+        return _estimated(solution, told)
     reason = reason or _costly(solution)
     if not reason:
         return _compared(solution, comm, law, report)

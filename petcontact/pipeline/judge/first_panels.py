@@ -6,7 +6,6 @@ A side on which smaller panels hang does not follow the exact surface, and a mes
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -14,7 +13,6 @@ import scipy
 from ...arrays import Array, Index, Mask, largest_by, smallest_by
 from ...contact.law_protocol import OPEN
 from ...geometry.surface import Boundary
-from ...given.body_data import NO_RISE
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import sag
@@ -101,16 +99,14 @@ def bent_sides(
 
 
 def missed_volume(posed: Posed, meshes: Sequence[SurfaceMesh]) -> float:
-    """Return the largest share of the volume of a body with volume forces that its panels miss of
-    curved faces [-].
+    """Return the largest share of the volume of a body that its panels miss of curved faces [-].
 
-    Panels of half the size miss a sixteenth of it: quadratic ones miss the fourth power.
+    Sections of it, and with them stresses and forces, are off by as much. Panels of half the size
+    miss a sixteenth of it: quadratic ones miss the fourth power.
     """
     shares = [0.0]
     for body, mesh in zip(posed.bodies, meshes, strict=True):
-        forces = [replace(each, temperature=NO_RISE) for each in body.loads]
-        surface = _curved(posed, body.number)
-        if surface is not None and not all(each.is_none for each in forces):
+        if (surface := _curved(posed, body.number)) is not None:
             finer = cut(mesh, np.ones((mesh.n_elements, 2), dtype=bool), surface)
             own, whole = (
                 each.weight @ np.sum(each.x * each.normal, axis=1) for each in (mesh, finer)

@@ -211,10 +211,10 @@ def _by_tails(solution: Evaluated, number: Number) -> Number:
         mesh = solution.meshes[solution.sides[number.of][0]]
         element = mesh.element[solution.nodes[number.of]]
         error = error_of_maximum(pair.pressure, pair.pressure_error, element)
-        error = max(error, accuracy.error * size)
+        error = max(error, accuracy.error * size) + _shared(solution, number)
     else:
         share = accuracy.error ** _power(solution, number)
-        error = number.alone - of_increments(number) + share * size
+        error = number.alone - of_increments(number) + share * size + _shared(solution, number)
         error += float(unseen(solution, number, [""])[0]) if stress_name(number) else 0.0
     return number.known_to(error)
 
