@@ -3,13 +3,14 @@ operators reach."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from marks import slow
 from prepared import compressed_from
-from shapes import cuboid, moved, problem, rollers, solid, touching
+from shapes import cuboid, elastic, moved, problem, rollers, solid, touching
 
 from petcontact import adapt, solve
 from petcontact.pipeline.adapt import budget, level_solver
@@ -210,3 +211,16 @@ def test_the_surface_beside_a_long_roller_is_stressed_as_hertz_has_it():
     points = np.column_stack([x, 11.0 * np.sin(40.0 * x), 0.0 * x])
     found = solution.state_at(points, part="top").components[:, 0]
     assert np.abs(found - 0.068).max() < 0.03
+
+
+def test_a_large_error_is_told_with_the_contact_and_the_place():
+    """A ball on one end of a block, between panels that are as wide as the ball."""
+    soft, held = elastic(1000.0, 0.3), moved("bottom", [0, 0, 0])
+    block = solid("block", cuboid([0, 0, 0], [2, 1, 1]), held, material=soft)
+    ball = {"name": "ball", "shape": "sphere", "centre": [0.5, 0.5, 1.5], "radius": 0.5}
+    ball |= {"displacement": [0.0, 0.0, "free"], "force": [0.0, 0.0, -1.0]}
+    tables = {"body": [{**block, "mesh": {"element_size": 0.5, "order": 1}}], "obstacle": [ball]}
+    solution = solve(problem(**tables, contact=[touching("c", "block.top", "ball")]))
+    (found,) = (each for each in solution.findings if each.kind == "accuracy")
+    place = re.search(r"most of all in contact 'c' at \((.*), (.*), 1\)", found.text)
+    assert place and abs(float(place[1]) - 0.5) < 0.5

@@ -93,7 +93,7 @@ def with_estimate(
         errors = TailErrors(solution)
         error, of_resultants = errors.error()
         told = Accuracy(error=error, resultants=of_resultants, shared=errors.shared)
-        return _estimated(solution, told)
+        return _estimated(solution, told, f", most of all in {errors.where()}")
     reason = reason or _costly(solution)
     if not reason:
         return _compared(solution, comm, law, report)
@@ -140,11 +140,12 @@ def _not_known(solution: Solution, reason: str) -> Solution:
     return replace(said, accuracy=replace(said.accuracy, unknown=reason))
 
 
-def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
-    """Return the solution with an estimate, and with a finding if the estimate is large."""
+def _estimated(solution: Solution, accuracy: Accuracy, where: str = "") -> Solution:
+    """Return the solution with an estimate, and with a finding if the estimate is large, `where`
+    elements are too large."""
     error = accuracy.error if says_something(accuracy.error) else max(accuracy.error, 1.0)
     text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
-    advice = "smaller elements, or --adapt, make it less"
+    advice = f"smaller elements{where}, or --adapt, make it less"
     known = solution.accuracy
     accuracy = replace(accuracy, error=error, path=known.path, unseen=known.unseen)
     large = new_finding("accuracy", f"{text}: {advice}", measured=error)

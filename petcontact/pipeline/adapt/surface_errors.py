@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask, scattered
+from ...arrays import Array, Index, Mask, scattered, shown
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
 from ...given.interface_data import PosedInterface
@@ -248,6 +248,18 @@ class TailErrors(Keeping):
         error = math.sqrt(square / size)
         even = error if _is_even(pair, weight) else 0.0
         return error, even, math.sqrt(float(rough.sum()) / size)
+
+    def where(self) -> str:
+        """Return where p is most in doubt on the interface with the largest error, in words."""
+        ends = step_ends(self.solution.steps)
+        every = [(step, number) for step in ends for number in range(len(self._sides))]
+        step, number = max(every, key=lambda each: self._of_pressure(*each)[0])
+        side, pair = self._sides[number], step.pairs[self._sides[number].name]
+        worst = int(np.argmax(self.weight(side, step) * _errors(pair)[0] ** 2))
+        element = self.meshes[side.body].element[self.solution.nodes[side.name][worst]]
+        size = self._sizes[side.body][element]
+        at = shown(pair.x[worst], 4)
+        return f"contact {side.name!r} at {at}, where they are {size:.2g} long"
 
     def are_off_contact(self, estimate: float) -> bool:
         """Return whether more of the squared error of p is that of overlaps on elements without
