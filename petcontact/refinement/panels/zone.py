@@ -14,6 +14,9 @@ STRAY = 0.1
 STRIP = 0.04
 """Half the width of this strip over the radius [-]: one row of nodes there may be open or
 closed."""
+OUTER, BEYOND = 0.5, 0.015
+"""`OUTER` is the squared radius from which p² is taken to fall linearly to the edge [-]. On panels
+that the edge cuts, nodes were closed up to a squared radius of `BEYOND` outside of it [-]."""
 ELONGATED = 3.0
 """Largest ratio of the axes of an ellipse [-]."""
 
@@ -194,8 +197,9 @@ def zone_of(place: Array, weight: Array, pressure: Array, closed: Mask) -> Conta
 
     The result is None if the contact has another shape. Hertz' pressure on semi-axes a, b has ∫p
     x²/∫p = a²/5. On meshes with errors of p of a tenth, moments have errors of a few thousandths.
-    Other pressures have other moments: with friction the edge lies farther out by 4 %. The edge
-    therefore stays between the last closed node and the first open one.
+    Other pressures have other moments: with friction the edge lies farther out by 4 %. The edge is
+    therefore the zero of the line through p² over the squared radius, near it, and lies about
+    between the last closed node and the first open one.
 
     Parameters
     ----------
@@ -213,13 +217,17 @@ def zone_of(place: Array, weight: Array, pressure: Array, closed: Mask) -> Conta
         return None
     centre = load @ place / load.sum()
     away = place - centre
-    square, vectors = np.linalg.eigh(away.T @ (away * load[:, None]) / load.sum())
-    if not 0.0 < square[1] <= ELONGATED**2 * square[0]:
+    mean, vectors = np.linalg.eigh(away.T @ (away * load[:, None]) / load.sum())
+    if not 0.0 < mean[1] <= ELONGATED**2 * mean[0]:
         return None
     vectors[:, 1] *= np.linalg.det(vectors)
-    zone = ContactEllipse(centre, vectors * np.sqrt(5.0 * square))
-    _, between = _parted(np.sum(zone.local(place) ** 2, axis=1), pressure > 0.0, weight)
-    zone = replace(zone, axes=float(np.sqrt(np.clip(1.0, *between))) * zone.axes)
+    zone = ContactEllipse(centre, vectors * np.sqrt(5.0 * mean))
+    square = np.sum(zone.local(place) ** 2, axis=1)
+    _, (low, high) = _parted(square, pressure > 0.0, weight)
+    outer = (square > OUTER) & (pressure > 0.0)
+    edge = _root(square[outer], pressure[outer] ** 2, weight[outer])
+    edge = np.clip(edge if edge > OUTER else 1.0, low - BEYOND, high + BEYOND)
+    zone = replace(zone, axes=float(np.sqrt(edge)) * zone.axes)
     distance = np.linalg.norm(zone.local(place), axis=1)
     stray = (closed != (distance < 1.0)) & (np.abs(distance - 1.0) > STRIP)
     return zone if weight[stray].sum() <= STRAY * weight[closed].sum() else None

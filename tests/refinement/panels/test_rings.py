@@ -107,6 +107,16 @@ def test_moments_of_a_pressure_give_its_ellipse(a, b, angle):
     assert zone_of(x, weight, pressure, earlier) is None, "contact that was elsewhere"
 
 
+def test_a_few_closed_nodes_beyond_the_edge_do_not_move_it():
+    """Panels that the edge cuts have such nodes: rings about 0.5 % more were told 0.003 worse."""
+    r, angle = np.meshgrid(np.linspace(0.002, 1.2, 600), 0.25 * np.pi * np.arange(8))
+    r, angle = r.ravel(), angle.ravel()
+    pressure = np.where(r < 1.005, np.sqrt(np.maximum(1.0 - r**2, 1e-6)), 0.0)
+    x = np.column_stack([r * np.cos(angle), r * np.sin(angle)])
+    zone = zone_of(x, r, pressure, pressure > 0.0)
+    np.testing.assert_allclose(np.linalg.norm(zone.axes, axis=0), 1.0, atol=1e-3)
+
+
 def test_contacts_of_other_shapes_have_no_zone():
     line = 0.05 * (np.arange(-20, 20) + 0.5)
     x = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
