@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from shapes import cuboid, drawn, moved, problem, rollers, solid, touching
 
 from petcontact import Problem
+from petcontact.geometry.charts import chart_of
+from petcontact.geometry.surface import BoxSurface
+from petcontact.pipeline.adapt import long_contacts
 from petcontact.pipeline.adapt.banded import Bands, zones_of
 from petcontact.pipeline.adapt.expected import Expected
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.pipeline.adapt.known_forces import known_force
-from petcontact.pipeline.adapt.long_contacts import UNKNOWN, LaidBands, Long
+from petcontact.pipeline.adapt.long_contacts import UNKNOWN, LaidBands, Long, followed
 from petcontact.refinement.panels.bands import banded
 from petcontact.refinement.panels.zone import ContactBand
 
@@ -23,6 +28,7 @@ def block(low: float) -> dict:
 LOWER = solid("lower", block(0.0), moved("bottom", [0.0] * 3))
 RAM = {"name": "ram", "displacement": ["free"] * 3, "force": [0.0, 0.0, -4.0]}
 LINE = ContactBand(*np.zeros((2, 1, 2)), *np.zeros((3, 1)), (0.0, 1.0), (False, False))
+CHART = chart_of(BoxSurface(np.zeros(3), np.ones(3)), "top")
 FIT = touching("fit", "upper.top", "ram", normal="bonded")
 
 
@@ -156,15 +162,35 @@ def test_a_quarter_of_a_block_has_the_band_of_the_whole_one(symmetric):
     assert part.halved == ("left" in symmetric)
 
 
+def ball_on_a_block():
+    """What lays rings where a ball is pressed on a block, for an error of 0.02, and the contact."""
+    ball = {"name": "ball", "force": [0.0, 0.0, -1.0], "displacement": [0.0, 0.0, "free"]}
+    pair = touching("c", "lower.top", "ball")
+    posed = problem(body=[LOWER], obstacle=[ball], contact=[pair]).posed
+    return Bands(posed, 0.02), posed.interfaces[0]
+
+
 @pytest.mark.parametrize(("zone", "numbers"), [(UNKNOWN, (2, 2, 2, 3, 3)), (LINE, (2, 3))])
 def test_rings_are_laid_again_where_solutions_have_their_edge(zone, numbers):
     """Forecasts do not know how bodies turn. A ball far from the middle of a block had four rings
     as the next ones, which cost too much: its error was told to be 0.024 instead of 0.019."""
-    ball = {"name": "ball", "force": [0.0, 0.0, -1.0], "displacement": [0.0, 0.0, "free"]}
-    posed = problem(
-        body=[LOWER], obstacle=[ball], contact=[touching("c", "lower.top", "ball")]
-    ).posed
-    long, laid = Long(posed.interfaces[0], [], zone), LaidBands()
+    bands, side = ball_on_a_block()
+    long, laid = Long(side, [], zone), LaidBands()
     for _ in range(6):
-        laid = LaidBands(lines={"c": Bands(posed, 0.02)._lines(laid, [long])})
+        laid = LaidBands(long={"c": [long]}, lines={"c": bands._lines(laid, [long])})
     assert laid.lines["c"] == numbers
+
+
+def test_a_band_whose_contact_is_round_is_followed_by_rings(monkeypatch):
+    """Slices have no forecast of the gap r⁴, whose curvature is 0 in the middle: bands went on
+    without end there."""
+    bands, side = ball_on_a_block()
+    band = Long(side, [CHART], LINE)
+    x = np.zeros((1, 3))
+    pair = SimpleNamespace(x=x, pressure=np.ones(1))
+    step = SimpleNamespace(pairs={"c": pair}, load=1.0, step=1)
+    monkeypatch.setattr(long_contacts, "_round_zone", lambda *given: UNKNOWN)
+    found = followed([band], SimpleNamespace(steps=[step], tried=[step]), "c", sticks=False)
+    assert [long.zone for long in found] == [UNKNOWN]
+    laid = LaidBands(long={"c": [band]}, lines={"c": (2, 3)})
+    assert bands._lines(laid, found) == (2, 3, 2)

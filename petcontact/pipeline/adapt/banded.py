@@ -149,8 +149,9 @@ class Bands:
         lines = laid.lines.get(side.name, ())
         errors = itertools.zip_longest(*(ERRORS[type(long.zone)] for long in longs), fillvalue=0.0)
         needed = sum(max(each) > self._wanted for each in errors)
-        if not lines:
-            return (0 if side.law.may_stick and not is_band else min(needed, laid.most),)
+        if not lines or laid.has_band(side.name) > is_band:
+            first = 0 if side.law.may_stick and not is_band else min(needed, laid.most)
+            return (*lines, first)
         more = lines[-1] + (is_band or lines[1:].count(lines[-1]) > 1)
         more = more if is_band else max(more, needed)
         return (*lines, more) if more < LEVELS else lines

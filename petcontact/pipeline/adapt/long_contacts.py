@@ -129,11 +129,10 @@ def followed(longs: Sequence[Long], solution: Solution, name: str, sticks: bool)
     for k, long in enumerate(longs):
         own = np.argmin(away, axis=0) == k
         if any(pair.pressure[own].any() for pair in pairs):
-            zone = (
-                _moved_band(long, long.zone, pairs, own)
-                if isinstance(long.zone, ContactBand)
-                else _round_zone(long.charts[0], pairs, own, sticks)
-            )
+            # a band may turn out to be round: slices do not see what is
+            zone: Zone | None = _round_zone(long.charts[0], pairs, own, sticks)
+            if zone is None and isinstance(long.zone, ContactBand):
+                zone = _moved_band(long, long.zone, pairs, own)
             if zone is None:
                 return []
             result.append(replace(long, zone=zone))
