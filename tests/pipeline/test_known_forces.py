@@ -162,12 +162,12 @@ def test_a_quarter_of_a_block_has_the_band_of_the_whole_one(symmetric):
     assert part.halved == ("left" in symmetric)
 
 
-def ball_on_a_block():
-    """What lays rings where a ball is pressed on a block, for an error of 0.02, and the contact."""
+def ball_on_a_block(wanted=0.02):
+    """What lays rings where a ball is pressed on a block, for a wanted error, and the contact."""
     ball = {"name": "ball", "force": [0.0, 0.0, -1.0], "displacement": [0.0, 0.0, "free"]}
     pair = touching("c", "lower.top", "ball")
     posed = problem(body=[LOWER], obstacle=[ball], contact=[pair]).posed
-    return Bands(posed, 0.02), posed.interfaces[0]
+    return Bands(posed, wanted), posed.interfaces[0]
 
 
 @pytest.mark.parametrize(("zone", "numbers"), [(UNKNOWN, (2, 2, 2, 3, 3)), (LINE, (2, 3))])
@@ -194,3 +194,9 @@ def test_a_band_whose_contact_is_round_is_followed_by_rings(monkeypatch):
     assert [long.zone for long in found] == [UNKNOWN]
     laid = LaidBands(long={"c": [band]}, lines={"c": (2, 3)})
     assert bands._lines(laid, found) == (2, 3, 2)
+
+
+def test_one_ring_does_not_reach_a_tenth():
+    """Hertz' circle is told to 0.100 to 0.104: four meshes were solved on where one does."""
+    bands, side = ball_on_a_block(0.1)
+    assert bands._lines(LaidBands(), [Long(side, [], UNKNOWN)]) == (1,)

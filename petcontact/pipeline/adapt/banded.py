@@ -24,7 +24,7 @@ from .long_contacts import LEFT, UNKNOWN, LaidBands, Long, followed
 
 ERRORS: dict[type, tuple[float, ...]] = {
     ContactBand: (0.052 * LEFT, 0.033 * LEFT),
-    ContactEllipse: (0.09, 0.04, 0.02),
+    ContactEllipse: (0.104, 0.037, 0.02),
 }
 """Error of p with none, one and more lines between the ridge and the edge: of Hertz' ellipse 1:20
 by the change with one more line, which has to come; of his circle, with one ring more, by tails
