@@ -75,13 +75,15 @@ class LevelSolver:
     def _announced(
         self,
         limit: Callable[[float, str], None],
+        more: float,
         nodes: int,
         unknowns: int,
         seconds: float,
         memory: float,
     ) -> Progress:
-        """Announce a mesh with one before it, and limit its time."""
-        told = max(seconds, SOON)
+        """Announce a mesh with one before it, and limit its time, which is `more` times as long
+        where the number of increments is known from that."""
+        told = max(more * seconds, SOON)
         self._due = time.process_time() + OVER * told
         self._late = f"{OVER} times the announced {told:.0f} s of processor time are over"
         limit(OVER * told, self._late)
@@ -194,12 +196,14 @@ class LevelSolver:
         discrete = replace(
             discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method})
         )
-        seconds = time.perf_counter() - began
+        seconds, announce = time.perf_counter() - began, self._announce
+        if last is not None:
+            announce = partial(self._announced, limit, _unnamed(last))
         problem = prepare(
             discrete.problem,
             self._comm,
             discrete,
-            announce=self._announce if last is None else partial(self._announced, limit),
+            announce=announce,
             newton=USUAL if last is None else _steps_of(last, discrete),
         )
         problem.timings["mesh"] += seconds
@@ -230,6 +234,13 @@ def _steps_of(solution: Solution, discrete: Discrete) -> Newton:
     # of increments the operations count, which are as the cube of what is closed
     mean = float(np.average(share**3, weights=steps) ** (1.0 / 3.0))
     return Newton(float(np.mean(steps)), mean)
+
+
+def _unnamed(last: Solution) -> float:
+    """Return how many increments each step had, where their number is not given; else 1."""
+    steps = last.posed.steps
+    given = all(step.increments != "auto" for step in steps)
+    return 1.0 if given else len(last.steps) / len(steps)
 
 
 def _is_large(discrete: Discrete) -> bool:
