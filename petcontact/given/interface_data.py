@@ -57,12 +57,6 @@ class Law:
         """Whether a coefficient or a bound is given."""
         return self.friction_coefficient is not None or self.friction_bound is not None
 
-    @property
-    def may_stick(self) -> bool:
-        """Whether there is friction that is not 0 everywhere."""
-        given = self.friction_coefficient, self.friction_bound
-        return any(each is not None and each.source != 0.0 for each in given)
-
 
 @record
 class PosedInterface:
@@ -115,6 +109,13 @@ class PosedInterface:
     def group(self) -> str:
         """Name of the contact to which it belongs, its own where it is one by itself."""
         return self.contact or self.name
+
+    @property
+    def rubs(self) -> bool:
+        """Whether there is friction in any step; a coefficient or a bound of 0 is none."""
+        laws = self.law, *self.laws
+        given = [each for law in laws for each in (law.friction_coefficient, law.friction_bound)]
+        return any(each is not None and each.source != 0.0 for each in given)
 
     @property
     def preloaded(self) -> bool:

@@ -140,7 +140,7 @@ def _increments(discrete: Discrete, *, costly: bool) -> int:
     """Return about how many increments are solved, with those of other paths where friction makes
     the path matter and these are not too `costly`."""
     steps = discrete.posed.steps
-    paths = not costly and any(side.law.may_stick for side in discrete.posed.interfaces)
+    paths = not costly and any(side.rubs for side in discrete.posed.interfaces)
     counts = [1 if step.increments == "auto" else int(step.increments) for step in steps]
     if paths:
         counts = [

@@ -190,10 +190,13 @@ def limited(comm: Comm) -> Iterator[Callable[[float, str], None]]:
             signal.signal(signal.SIGPROF, over)
             signal.setitimer(signal.ITIMER_PROF, seconds)
 
+    before = signal.getsignal(signal.SIGPROF)
     try:
         yield limit
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
+        if signal.getsignal(signal.SIGPROF) is not before:
+            signal.signal(signal.SIGPROF, before)
 
 
 @contextlib.contextmanager

@@ -16,7 +16,7 @@ from petcontact.pipeline.adapt.banded import Bands, zones_of
 from petcontact.pipeline.adapt.expected import Expected
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.pipeline.adapt.known_forces import known_force
-from petcontact.pipeline.adapt.long_contacts import UNKNOWN, LaidBands, Long, followed
+from petcontact.pipeline.adapt.long_contacts import UNKNOWN, LaidBands, ZonedContact, followed
 from petcontact.refinement.panels.bands import banded
 from petcontact.refinement.panels.zone import ContactBand
 
@@ -175,7 +175,7 @@ def test_rings_are_laid_again_where_solutions_have_their_edge(zone, numbers):
     """Forecasts do not know how bodies turn. A ball far from the middle of a block had four rings
     as the next ones, which cost too much: its error was told to be 0.024 instead of 0.019."""
     bands, side = ball_on_a_block()
-    long, laid = Long(side, [], zone), LaidBands()
+    long, laid = ZonedContact(side, [], zone), LaidBands()
     for _ in range(6):
         laid = LaidBands(long={"c": [long]}, lines={"c": bands._lines(laid, [long])})
     assert laid.lines["c"] == numbers
@@ -185,7 +185,7 @@ def test_a_band_whose_contact_is_round_is_followed_by_rings(monkeypatch):
     """Slices have no forecast of the gap r⁴, whose curvature is 0 in the middle: bands went on
     without end there."""
     bands, side = ball_on_a_block()
-    band = Long(side, [CHART], LINE)
+    band = ZonedContact(side, [CHART], LINE)
     x = np.zeros((1, 3))
     pair = SimpleNamespace(x=x, pressure=np.ones(1))
     step = SimpleNamespace(pairs={"c": pair}, load=1.0, step=1)
@@ -199,4 +199,4 @@ def test_a_band_whose_contact_is_round_is_followed_by_rings(monkeypatch):
 def test_one_ring_does_not_reach_a_tenth():
     """Hertz' circle is told to 0.100 to 0.104: four meshes were solved on where one does."""
     bands, side = ball_on_a_block(0.1)
-    assert bands._lines(LaidBands(), [Long(side, [], UNKNOWN)]) == (1,)
+    assert bands._lines(LaidBands(), [ZonedContact(side, [], UNKNOWN)]) == (1,)

@@ -20,7 +20,7 @@ from ...results.records import step_ends
 from ...results.solution import Solution
 from .expected import Expected
 from .known_forces import is_held, known_force, way_of
-from .long_contacts import LEFT, UNKNOWN, LaidBands, Long, followed
+from .long_contacts import LEFT, UNKNOWN, LaidBands, ZonedContact, followed
 
 ERRORS: dict[type, tuple[float, ...]] = {
     ContactBand: (0.052 * LEFT, 0.033 * LEFT),
@@ -138,7 +138,7 @@ class Bands:
                 laid = replace(laid, long={**laid.long, **longs}, lines=laid.lines | own)
         return made, laid
 
-    def _lines(self, laid: LaidBands, longs: Sequence[Long]) -> tuple[int, ...]:
+    def _lines(self, laid: LaidBands, longs: Sequence[ZonedContact]) -> tuple[int, ...]:
         """Return the numbers of lines of a contact up to the next band: as many as reach the wanted
         error, or one more than before; those before if there is no next one.
 
@@ -150,7 +150,7 @@ class Bands:
         errors = itertools.zip_longest(*(ERRORS[type(long.zone)] for long in longs), fillvalue=0.0)
         needed = sum(max(each) > self._wanted for each in errors)
         if not lines or laid.has_band(side.name) > is_band:
-            first = 0 if side.law.may_stick and not is_band else min(needed, laid.most)
+            first = 0 if side.rubs and not is_band else min(needed, laid.most)
             return (*lines, first)
         more = lines[-1] + (is_band or lines[1:].count(lines[-1]) > 1)
         more = more if is_band else max(more, needed)
@@ -164,10 +164,10 @@ class Bands:
         forces: Mapping[str, float],
         solution: Solution | None,
         sticks: bool,
-    ) -> tuple[dict[str, list[Long]], dict[str, list[Long]]]:
+    ) -> tuple[dict[str, list[ZonedContact]], dict[str, list[ZonedContact]]]:
         """Return what is known of contacts, and those of a group that carry anything; none of them
         if one has no zone."""
-        known, result = dict(laid.long), dict[str, list[Long]]()
+        known, result = dict(laid.long), dict[str, list[ZonedContact]]()
         for side in group:
             force = forces.get(side.name, 0.0)
             if force > 0.0 and side.name not in known:
@@ -184,11 +184,11 @@ class Bands:
     def _seen(
         self,
         side: PosedInterface,
-        longs: list[Long],
+        longs: list[ZonedContact],
         laid: bool,
         solution: Solution,
         sticks: bool,
-    ) -> list[Long]:
+    ) -> list[ZonedContact]:
         """Return a contact as a solution has it, or as it is expected where a mesh without bands or
         rings sees less of it: finite bodies differ from half spaces."""
         if not laid and any(long.is_band for long in longs):
@@ -197,16 +197,16 @@ class Bands:
         seen = followed(asked, solution, side.name, sticks)
         return seen if laid or len(seen) == len(asked) else longs
 
-    def _unknown(self, side: PosedInterface, solution: Solution) -> list[Long]:
+    def _unknown(self, side: PosedInterface, solution: Solution) -> list[ZonedContact]:
         """Return a contact where p is largest, without a zone, or none if it has no charts."""
         pair = step_ends(solution.steps or solution.tried)[-1].pairs[side.name]
         charts = self._expected.charts(side, pair.x[int(pair.pressure.argmax())])
-        return [Long(side, charts, UNKNOWN)] if charts else []
+        return [ZonedContact(side, charts, UNKNOWN)] if charts else []
 
     def _on_all(
         self,
         meshes: Sequence[SurfaceMesh],
-        longs: Mapping[str, list[Long]],
+        longs: Mapping[str, list[ZonedContact]],
         lines: Mapping[str, tuple[int, ...]],
     ) -> list[SurfaceMesh] | None:
         """Return meshes with the bands of a group on all its faces, or None without such."""
@@ -244,7 +244,7 @@ class Bands:
         return {name: force for name, force in forces.items() if force > 0.0}
 
 
-def zones_of(long: Long) -> list[Zone]:
+def zones_of(long: ZonedContact) -> list[Zone]:
     """Return the zone on the secondary, and the same zone on the primary, if that is a body."""
     own, zone = long.charts[0], long.zone
     if len(long.charts) == 1:

@@ -32,7 +32,7 @@ from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from ...round_off import SINGLE, TINY
 from .known_forces import load_of
-from .long_contacts import Long
+from .long_contacts import ZonedContact
 
 STEPS, KNOWN = 8, 0.01
 """Most steps to the shares of one force, each of which leaves at most half of an error, and the
@@ -61,7 +61,7 @@ class Shape:
     ridge: Ridge | None
 
 
-Pressed = tuple[Long, float, float]
+Pressed = tuple[ZonedContact, float, float]
 """A contact in one basin, its least gap [length], and the approach [length]."""
 
 
@@ -82,7 +82,7 @@ class Expected(Keeping):
         force: float,
         meshes: Sequence[SurfaceMesh],
         solution: Solution | None,
-    ) -> list[Long]:
+    ) -> list[ZonedContact]:
         """Return the contacts that a force makes, one in each basin of the gap; none of them if one
         is neither an ellipse nor long."""
         shape = self._shape(side, solution)
@@ -160,7 +160,7 @@ class Expected(Keeping):
         charts, ridge, modulus = shape.charts, shape.ridge, self._modulus(side)
         found = ellipse_of(shape.gap, charts[0], shape.start, force, modulus)
         if found is not None:
-            return Long(side, charts, found[0]), *found[1:]
+            return ZonedContact(side, charts, found[0]), *found[1:]
         if ridge is None:
             return None
         line, (*ends, halved) = self._line(side, charts[0], ridge, meshes)
@@ -168,7 +168,11 @@ class Expected(Keeping):
         if not _is_long(forecast):
             return None
         band = replace(band_of(ridge, forecast), mirrored=(ends[0], ends[1]), halved=halved)
-        return Long(side, charts, band, ridge.closed), float(ridge.gap.min()), forecast.approach
+        return (
+            ZonedContact(side, charts, band, ridge.closed),
+            float(ridge.gap.min()),
+            forecast.approach,
+        )
 
     def _mirrored(
         self, side: PosedInterface, chart: Chart, ridge: Ridge, meshes: Sequence[SurfaceMesh]
@@ -245,8 +249,7 @@ class Expected(Keeping):
 
     def _shape(self, side: PosedInterface, solution: Solution | None) -> Shape | None:
         """Return the shape of a contact, looked for once; None where its faces have no charts."""
-        charts = self.charts(side)
-        return self.once(side.name, lambda: self._about(side, charts, solution))
+        return self.once(side.name, lambda: self._about(side, self.charts(side), solution))
 
     def _parts(
         self, side: PosedInterface, shape: Shape, approach: float, solution: Solution | None

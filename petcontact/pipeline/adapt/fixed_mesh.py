@@ -93,7 +93,7 @@ def with_estimate(
         errors = TailErrors(solution)
         error, of_resultants = errors.error()
         told = Accuracy(error=error, resultants=of_resultants, shared=errors.shared)
-        return _estimated(solution, told, f", most of all in {errors.where()}")
+        return _estimated(solution, told, errors.where)
     reason = reason or _costly(solution)
     if not reason:
         return _compared(solution, comm, law, report)
@@ -140,18 +140,21 @@ def _not_known(solution: Solution, reason: str) -> Solution:
     return replace(said, accuracy=replace(said.accuracy, unknown=reason))
 
 
-def _estimated(solution: Solution, accuracy: Accuracy, where: str = "") -> Solution:
-    """Return the solution with an estimate, and with a finding if the estimate is large, `where`
-    elements are too large."""
+def _estimated(
+    solution: Solution, accuracy: Accuracy, where: Callable[[], str] | None = None
+) -> Solution:
+    """Return the solution with an estimate, and with a finding if the estimate is large, which says
+    `where` elements are too large."""
     error = accuracy.error if says_something(accuracy.error) else max(accuracy.error, 1.0)
-    text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
-    advice = f"smaller elements{where}, or --adapt, make it less"
     known = solution.accuracy
     accuracy = replace(accuracy, error=error, path=known.path, unseen=known.unseen)
-    large = new_finding("accuracy", f"{text}: {advice}", measured=error)
-    return replace(solution, accuracy=accuracy).with_findings(
-        [large] * bool(error > limit_of("accuracy"))
-    )
+    solution = replace(solution, accuracy=accuracy)
+    if not error > limit_of("accuracy"):
+        return solution
+    text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
+    there = f", most of all in {where()}" if where else ""
+    advice = f"smaller elements{there}, or --adapt, make it less"
+    return solution.with_findings([new_finding("accuracy", f"{text}: {advice}", measured=error)])
 
 
 def carries_something(solution: Solution) -> bool:

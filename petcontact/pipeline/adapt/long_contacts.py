@@ -1,4 +1,4 @@
-"""Long contacts with bands: how far p changes from one band to the next, where contact is expected
+"""Contacts with zones: how far p changes from one band to the next, where contact is expected
 to begin, and what the next band is like."""
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ FEWEST = 10
 
 
 @record
-class Long:
+class ZonedContact:
     """A contact with a zone: its interface, the charts of its faces, the zone on the first one, and
     whether that is a loop."""
 
@@ -76,7 +76,7 @@ class LaidBands:
         Largest number of lines of first bands.
     """
 
-    long: dict[str, list[Long]] = field(default_factory=dict)
+    long: dict[str, list[ZonedContact]] = field(default_factory=dict)
     lines: dict[str, tuple[int, ...]] = field(default_factory=dict)
     most: int = LEVELS - 1
 
@@ -113,14 +113,16 @@ class LaidBands:
         return {name: functools.partial(_held, self.long[name]) for name in self.lines}
 
 
-def _held(longs: Sequence[Long], x: Array) -> Mask:
+def _held(longs: Sequence[ZonedContact], x: Array) -> Mask:
     return np.asarray(np.any([long.holds(x) for long in longs], axis=0))
 
 
-def followed(longs: Sequence[Long], solution: Solution, name: str, sticks: bool) -> list[Long]:
+def followed(
+    longs: Sequence[ZonedContact], solution: Solution, name: str, sticks: bool
+) -> list[ZonedContact]:
     """Return the zones of a contact that carry anything as a solution has them, or none if one of
     them has another shape. Each node belongs to the nearest one."""
-    steps, result = step_ends(solution.steps or solution.tried), list[Long]()
+    steps, result = step_ends(solution.steps or solution.tried), list[ZonedContact]()
     pairs = [step.pairs[name] for step in steps]
     away = [
         scipy.spatial.cKDTree(long.charts[0].at(long.zone.points)).query(pairs[-1].x)[0]
@@ -155,7 +157,7 @@ def _round_zone(
 
 
 def _moved_band(
-    long: Long, band: ContactBand, pairs: Sequence[PairResult], own: Mask
+    long: ZonedContact, band: ContactBand, pairs: Sequence[PairResult], own: Mask
 ) -> ContactBand:
     """Return a band with the widths, the length and the place that nodes of a solution give it.
 

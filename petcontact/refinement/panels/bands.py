@@ -6,7 +6,6 @@ along it. The number of panels grows with the logarithm of its length over its w
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
@@ -84,11 +83,14 @@ def banded(mesh: SurfaceMesh, part: str, *laid: Laid) -> SurfaceMesh | None:
 def _laid(chart: Chart, zone: Zone, level: int) -> tuple[Array, Array] | None:
     """Return the points (n, 9, 3) of panels of a chart with a zone, NaN for the middles of straight
     ones, and their orders; None if the zone does not fit."""
-    inner = inner_panels(zone, chart, level)
+    inner = (
+        ringed(chart, zone, level + 1)
+        if isinstance(zone, ContactEllipse)
+        else _inner(zone, chart, level)
+    )
     if inner is None:
         return None
-    frames = np.concatenate([inner.outer, *frames_around(chart, inner)])
-    frames = _turned_less(frames, chart)
+    frames = _turned_less(np.concatenate([inner.outer, *frames_around(chart, inner)]), chart)
     cells = np.concatenate([inner.cells, frames])
     points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
     if chart.flat:
@@ -96,19 +98,8 @@ def _laid(chart: Chart, zone: Zone, level: int) -> tuple[Array, Array] | None:
     return points, np.append(inner.order, np.full(len(frames), 2))
 
 
-@functools.singledispatch
-def inner_panels(zone: Zone, chart: Chart, level: int) -> Inner | None:
-    """Return the panels in and next to a zone; None if it does not fit."""
-    raise NotImplementedError
-
-
-@inner_panels.register
-def _(zone: ContactEllipse, chart: Chart, level: int) -> Inner | None:
-    return ringed(chart, zone, level + 1)
-
-
-@inner_panels.register
-def _(band: ContactBand, chart: Chart, level: int) -> Inner | None:
+def _inner(band: ContactBand, chart: Chart, level: int) -> Inner | None:
+    """Return the panels in and next to a band; None if it does not fit."""
     s = _along(band, level, chart)
     half = twice_as_fine(band.lines_at(s, LEAST))
     ridge, across = band.at(twice_as_fine(s))

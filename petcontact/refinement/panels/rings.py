@@ -139,7 +139,7 @@ def _on_rectangle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array,
     span = np.diff(angle)
     once = np.isclose(span.sum(), 2.0 * np.pi)
     if not (once and np.all((span > 0.0) & (span < np.pi))):
-        return np.zeros((1, 2)), (0, 0)
+        return np.zeros((1, 2)), (0, 0)  # in the zone: this does not lie inside
     first = min(max(1, round(half * (span[0] + span[2]) / (2.0 * np.pi))), half - 1)
     counts = first, half - first
     return np.concatenate([*_side_points(closed, angle, counts)]), counts

@@ -258,12 +258,8 @@ def with_stick(
         Δw of the increment [length].
     """
     closed = state != 2
-    z, area, sticks, slip = (
-        zone.local(place)[closed],
-        weight[closed],
-        state[closed] == 0,
-        slip[closed],
-    )
+    z, area, slip = zone.local(place)[closed], weight[closed], slip[closed]
+    sticks = state[closed] == 0
     total = area[sticks].sum()
     if sticks.all() or not total > 0.0:
         return zone

@@ -229,14 +229,14 @@ class Samples(Keeping):
     ) -> tuple[float, Array] | None:
         """The top that is reached from a value at a place, by grids of some first half width."""
         ways, apart = self._ways(start, part)
-        place, step, least_top = start, first, value + FLAT * abs(value)
+        place, step, most = start, first, value + FLAT * abs(value)
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place, step, ways, part)
             k, reached = first_largest(values), 0.0
             if values[k] > value + FINEST**2 * abs(value):
                 far = np.linalg.norm(x[k] - start) > AWAY * first
                 if far or self._leaves_out(x[k : k + 1], 1.0)[0]:
-                    return (value, place) if value <= least_top else None
+                    return (value, place) if value <= most else None
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
             leads_on = reached > (1.0 - apart) * step

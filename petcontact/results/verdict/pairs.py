@@ -113,15 +113,9 @@ def law_words(side: PosedInterface) -> list[str]:
         for name, value in given.items()
         if value is not None and value.source != 0.0
     ]
-    friction = "friction of steps" if _rubs(side) else "without friction"
+    friction = "friction of steps" if side.rubs else "without friction"
     by_steps = not any("friction" in words for words in named)
     return [f"{law.normal} contact", *[friction] * by_steps, *map(printable, named)]
-
-
-def _rubs(side: PosedInterface) -> bool:
-    """Whether there is friction in any step; a coefficient or a bound of 0 is none."""
-    given = [(law.friction_coefficient, law.friction_bound) for law in (side.law, *side.laws)]
-    return any(each is not None and each.source != 0.0 for pair in given for each in pair)
 
 
 def _force_words(tell: Teller, side: PosedInterface) -> dict[str, str]:
@@ -135,7 +129,7 @@ def _force_words(tell: Teller, side: PosedInterface) -> dict[str, str]:
 
 def _table(tell: Teller, side: PosedInterface, steps: Sequence[StepResult]) -> list[str]:
     """A line for each step: force, largest p, what is closed and slips, friction used, energy."""
-    cycles, rubs = any(step.cycle for step in steps), _rubs(side)
+    cycles, rubs = any(step.cycle for step in steps), side.rubs
     areas = [_shares(tell, step, side) for step in steps]
     after = [f" ({step.cycle})" * cycles for step in steps]
     column = functools.partial(_over_steps, tell, side, steps)
@@ -213,7 +207,7 @@ def _pair(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[str]
 
 def _slides(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[str]:
     """Shear, zones and slip of bilateral contact."""
-    if not (_rubs(side) or tell.verbose):
+    if not (side.rubs or tell.verbose):
         return
     yield from tell.items(step, side.name, {"largest q": "largest q"})
     if tell.power > 1:
@@ -231,7 +225,7 @@ def _touches(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[s
     yield from _area(tell, step, side)
     yield from _gaps(tell, step, name, law)
     sizes = [each.size for key in moved if (each := tell.get(step, name, key)) is not None]
-    if tell.verbose or (_rubs(side) and any(sizes)):
+    if tell.verbose or (side.rubs and any(sizes)):
         yield from tell.items(step, name, moved)
     worn = {"worn volume": "worn volume", "worn depth": "largest depth"}
     yield from tell.items(step, name, worn)
@@ -247,7 +241,7 @@ def _area(tell: Teller, step: StepResult, side: PosedInterface) -> Iterator[str]
     full = area.size >= whole * (1.0 - WRITTEN)
     yield f"{what} {tell.number(area)}" + (", all of it" if full else f" of {whole:.5g}")
     _, slips, used = _shares(tell, step, side)
-    if _rubs(side) and slips:
+    if side.rubs and slips:
         yield f"what of it slips is {slips}" if slips == "not known" else f"{slips} of it slips"
         yield from [f"friction used {used}"] * bool(used)
 

@@ -12,7 +12,7 @@ from petcontact.geometry.round_surfaces import CylinderSurface, SphereSurface
 from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
-from petcontact.pipeline.adapt.long_contacts import Long, followed
+from petcontact.pipeline.adapt.long_contacts import ZonedContact, followed
 from petcontact.refinement.panels.bands import banded
 from petcontact.refinement.panels.face_gaps import face_gap, touching
 from petcontact.refinement.panels.forecast import (
@@ -267,7 +267,7 @@ def test_an_o_ring_between_plates_has_the_force_of_its_squeeze(approach, force, 
 def test_a_band_lies_where_a_solution_has_its_contact():
     """Hertz' line beside the ridge, as under an O-ring that turns on elastic plates."""
     chart, ridge, forecast = expected("where(abs(y) < 2, x**2/3, 1)")
-    long = Long(SimpleNamespace(name="c"), [chart], band_of(ridge, forecast))
+    long = ZonedContact(SimpleNamespace(name="c"), [chart], band_of(ridge, forecast))
     across, along = np.meshgrid(np.linspace(-0.08, 0.12, 2001), np.linspace(-1.9, 1.9, 39))
     x = np.column_stack([across.ravel(), along.ravel(), np.zeros(across.size)])
     pressure = np.sqrt(np.maximum(1.0 - ((x[:, 0] - 0.02) / 0.1) ** 2, 0.0))

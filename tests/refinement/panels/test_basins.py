@@ -12,7 +12,7 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
 from petcontact.pipeline.adapt.banded import Bands
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
-from petcontact.pipeline.adapt.long_contacts import Long, followed
+from petcontact.pipeline.adapt.long_contacts import ZonedContact, followed
 from petcontact.refinement.panels.basins import basins
 from petcontact.refinement.panels.face_gaps import face_gap
 from petcontact.refinement.panels.zone import ContactEllipse
@@ -81,7 +81,7 @@ def test_each_zone_follows_the_nodes_next_to_it():
     pair = SimpleNamespace(x=x, weight=np.full(len(x), 1e-4), pressure=pressure)
     step = SimpleNamespace(pairs={"c": pair}, load=1.0, step=1)
     longs = [
-        Long(SimpleNamespace(name="c"), [chart], ContactEllipse(c + 0.02, 0.15 * np.eye(2)))
+        ZonedContact(SimpleNamespace(name="c"), [chart], ContactEllipse(c + 0.02, 0.15 * np.eye(2)))
         for c in centres
     ]
     found = followed(longs, SimpleNamespace(steps=[step], tried=[step]), "c", False)
