@@ -12,7 +12,7 @@ from ...arrays import Array
 from ...geometry.charts import Chart
 from ...record import record
 from .ridge import Gap, Ridge, lowest_point, samples
-from .zone import ELONGATED, ContactBand, ContactEllipse
+from .zone import ELONGATED, ContactBand, ContactEllipse, principal_axes
 
 WIDER = 1.04
 """Width and length of a band over those that are expected [-]. With bands 5 % too wide errors of p
@@ -115,7 +115,7 @@ def _on_face(
     directions on the chart (as columns)."""
     slopes = chart.slopes(place[None])[:, 0]
     back = np.linalg.inv(np.linalg.cholesky(slopes @ slopes.T))
-    (least, most), ways = np.linalg.eigh(back @ (vectors * curvatures) @ vectors.T @ back.T)
+    (least, most), ways = principal_axes(back @ (vectors * curvatures) @ vectors.T @ back.T)
     return (float(most), float(least)), back.T @ ways[:, ::-1]
 
 
