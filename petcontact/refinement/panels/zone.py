@@ -9,7 +9,7 @@ import scipy
 
 from ...arrays import Array, Mask, States
 from ...record import field, record, replace
-from ...round_off import SINGLE
+from ...round_off import SINGLE, to_single
 
 STRAY = 0.1
 """Share of a contact that differs from the ellipse outside a strip at its edge, from which on it is
@@ -304,7 +304,7 @@ def _parted(square: Array, inner: Mask, weight: Array) -> tuple[int, tuple[float
     Return the squared radii (n,) of this node and of the next one, too. Nodes on one circle are on
     one side, whatever round-off says.
     """
-    rounded = square.astype(np.float32)
+    rounded = to_single(square)
     order = np.argsort(rounded, kind="stable")
     inside = np.cumsum(np.where(inner, weight, -weight)[order])[:-1]
     last = int(np.where(np.diff(rounded[order]) > 0.0, inside, -np.inf).argmax())
