@@ -167,6 +167,22 @@ def test_first_panels_of_a_body_that_bends_have_order_two(length, height, held, 
     assert set(mesh.order) == {order}
 
 
+def test_a_thin_ring_has_a_band_within_the_budget():
+    """Its panels are then larger next to its thickness: with a band on panels as small as before it
+    cost more than the budget, and halved panels were at an error of 0.61 after 90 s."""
+    corners = {"out": [10.4, 3.0], "back": [9.6, 3.0], "in": [9.6, 0.0], "front": [10.4, 0.0]}
+    loop = [{"part": part, "to": place} for part, place in corners.items()]
+    shape = {"shape": "revolved", "loops": [loop], "angle": 180.0, "axis": [0, 1, 0]}
+    ends = [{"part": part, "condition": "symmetry"} for part in ("start", "end")]
+    ring = solid("ring", shape, *ends)
+    plate = {"name": "plate", "displacement": [0, 0, "free"], "force": [0, 0, 8.5e-5]}
+    contact = touching("t", "ring.out", "plate", gap="z + 10.4", direction=[0, 0, -1.0])
+    posed = problem(body=[ring], obstacle=[plate], contact=[contact]).posed
+    strategy = PanelTails(posed, Wanted(0.1, asked=False))
+    made = strategy.meshes(PanelMarks(), 0)
+    assert made.marks.bands.lines and sum(mesh.n_nodes for mesh in made.of_bodies) < 4000
+
+
 def test_numbers_gain_from_band_to_band_what_bands_gain(monkeypatch):
     """The estimate of a band's change is not compared with one by tails, which tell a multiple."""
     coarse, fine = (

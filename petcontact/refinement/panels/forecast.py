@@ -313,8 +313,8 @@ def _loads(
     load, on = np.full(len(h), force / (2.0 * h.sum())), np.ones(len(h), dtype=bool)
     approach = 0.0
     for _ in range(80):
-        half = np.sqrt(4.0 * np.maximum(load, 1e-4 * load.max()) / (stiff * k))
-        c = CENTRED * np.minimum(half, 2.0 * h.sum())  # where the gap is flat there is no width
+        c = np.sqrt(4.0 * np.maximum(load, 1e-4 * load.max()) / (stiff * k))
+        c = CENTRED * np.minimum(c, 2.0 * h.sum())  # where the gap is flat there is no width
         moved = np.sum(np.arcsinh((apart + h) / c) - np.arcsinh((apart - h) / c), axis=0) / stiff
         i, new = np.flatnonzero(on), np.zeros(len(h))
         both = np.linalg.solve(moved[np.ix_(i, i)], np.column_stack([np.ones(len(i)), gap[i]]))
