@@ -219,7 +219,7 @@ def slender(mesh: SurfaceMesh, multiple: float) -> Mask:
     if not area[over].sum() > SHARE * area.sum():
         return np.zeros((mesh.n_elements, 2), dtype=bool)
     most = np.minimum(np.sqrt(area) / np.maximum(ratio, 1.0), length.max(axis=1))
-    return over[:, None] & (length >= most[:, None])
+    return np.asarray(over[:, None] & (length >= most[:, None]))
 
 
 def fine_enough(
