@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import json
+import math
 import os
 import sys
 from collections.abc import Iterable, Iterator
@@ -110,23 +111,27 @@ def _rims_on(model: Any, faces: set[int], size: float) -> dict[tuple[int, int], 
     Curves that cross or meet others are left out, and strips that `ASPECT` makes finer than a
     quarter of the size.
     """
-    bounds = {face: _curves(model, face) for face in faces}
-    own = {curve for curves in bounds.values() for curve in curves}
+    own = {curve for face in faces for curve in _curves(model, face)}
     others = [curve for _, curve in model.getEntities(1) if curve not in own]
     result = dict[tuple[int, int], float]()
-    for face, bound in bounds.items():
+    for face in faces:
+        met = _curves(model, face)
         for curve in (each for each in others if _lies_on(model, each, face)):
-            ends = set(model.getAdjacencies(1, curve)[1].tolist())
-            met = bound + [c for c, on in result if on == face]
-            apart = [c for c in met if not ends & {*model.getAdjacencies(1, c)[1].tolist()}]
-            strip = min((model.occ.getDistance(1, curve, 1, c)[0] for c in apart), default=size)
+            strip = min((_distance(model, curve, each) for each in met), default=size)
             if ASPECT * strip > 0.25 * size:
-                result[curve, face] = strip
+                result[curve, face] = min(strip, size)
+                met.append(curve)
     return result
 
 
 def _curves(model: Any, face: int) -> list[int]:
     return [abs(tag) for _, tag in model.getBoundary([(2, face)], combined=False, oriented=False)]
+
+
+def _distance(model: Any, one: int, two: int) -> float:
+    """Distance of curves; infinite where they have an end in common."""
+    ends = [{*model.getAdjacencies(1, curve)[1].tolist()} for curve in (one, two)]
+    return math.inf if ends[0] & ends[1] else float(model.occ.getDistance(1, one, 1, two)[0])
 
 
 def _lies_on(model: Any, curve: int, face: int) -> bool:
