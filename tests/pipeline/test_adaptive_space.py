@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -240,3 +241,26 @@ def test_a_large_error_is_told_with_the_contact_and_the_place():
     (found,) = (each for each in solution.findings if each.kind == "accuracy")
     place = re.search(r"most of all in contact 'c' at \((.*), (.*), 1\)", found.text)
     assert place and abs(float(place[1]) - 0.5) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("forces", "resultants"),
+    [((1000.0, 1.0), (0.01, 0.81)), ((5.0, 5.0), (0.81, 0.81)), ((1000.0, 100.0), (0.081, 0.81))],
+)
+def test_what_is_wrong_with_one_contact_moves_others_by_no_more_than_its_force(forces, resultants):
+    """Errors of p of 10 and 90 %: in series the second one is that of both forces; a light contact
+    does not put all that a heavy one says in doubt, and p there is known as well as before."""
+    pairs = {
+        name: SimpleNamespace(weight=np.ones(1), pressure=np.array([force]))
+        for name, force in zip("ab", forces, strict=True)
+    }
+    step = SimpleNamespace(pairs=pairs, step="press", residuals={})
+    errors = object.__new__(TailErrors)
+    errors.solution = SimpleNamespace(steps=[step], kind="contact")
+    errors._sides = [SimpleNamespace(name=name) for name in pairs]
+    kept = {"shared": 0.0, "of_bodies": 0.0}
+    errors.__dict__ |= {"_of_pairs": np.array([[0.1, 0.0, 0.0], [0.9, 0.0, 0.0]])} | kept
+    by_pair = errors.by_pair()
+    np.testing.assert_allclose([by_pair[name][1] for name in "ab"], resultants)
+    np.testing.assert_allclose([by_pair[name][0] for name in "ab"], [max(0.1, resultants[0]), 0.9])
+    np.testing.assert_allclose(errors.error(), (0.9, 0.81))
