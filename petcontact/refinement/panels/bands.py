@@ -91,11 +91,31 @@ def _laid(chart: Chart, zone: Zone, level: int) -> tuple[Array, Array] | None:
     if inner is None:
         return None
     frames = _turned_less(np.concatenate([inner.outer, *frames_around(chart, inner)]), chart)
-    cells = np.concatenate([inner.cells, frames])
+    order = np.append(inner.order, np.full(len(frames), 2))
+    cells, order = _on_face(np.concatenate([inner.cells, frames]), order, chart)
     points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
     if chart.flat:
         points[_straight(cells), 4:] = np.nan
-    return points, np.append(inner.order, np.full(len(frames), 2))
+    return points, order
+
+
+def _on_face(cells: Array, order: Array, chart: Chart) -> tuple[Array, Array]:
+    """Return the panels that lie on the face itself, and not beyond planes of symmetry, and their
+    orders. Those that are their own images are halved."""
+    for side, axis in np.argwhere(chart.mirrored):
+        end = chart.sides[side, axis]
+        for k in (0, 1):
+            off = cells[..., axis] - end
+            crosses = (off.min(axis=1) < -chart.slack) & (off.max(axis=1) > chart.slack)
+            one, other = (np.abs(off[:, 5 - n] - off[:, 7 - n]) for n in (k, 1 - k))
+            crosses &= one > other
+            cells = np.concatenate([cells[~crosses], _halves(cells[crosses], k)])
+            order = np.concatenate([order[~crosses], np.repeat(order[crosses], 2)])
+        off = cells[..., axis] - end
+        cells[np.abs(off) < chart.slack, axis] = end
+        own = (off[:, 8] > 0.0) == (side == 0)
+        cells, order = cells[own], order[own]
+    return cells, order
 
 
 def _inner(band: ContactBand, chart: Chart, level: int) -> Inner | None:
@@ -239,4 +259,4 @@ def _halves(cells: Array, axis: int) -> Array:
     grid = np.empty((len(cells), 3, 3, 2))
     grid[:, *np.transpose(GRID)] = cells
     twice = np.moveaxis(np.tensordot(TWICE, grid, axes=(1, axis + 1)), 0, axis + 1)
-    return np.concatenate([cells_of(each) for each in twice])
+    return np.concatenate([cells[:0], *map(cells_of, twice)])

@@ -99,7 +99,7 @@ def one_frame(
     cells, outer = list[Array](), list[Array]()
     for k, side in enumerate(rim):
         length = float(np.linalg.norm(side[-1] - side[0]))
-        t = np.linalg.norm(side - side[0], axis=1) / length
+        t = (side - side[0]) @ (side[-1] - side[0]) / length**2  # a side may be a lens
         if width > 0.0:
             t = _shares_of(width / length) if straight[k] else _every_other(t, width / length)
             side = side[0] + t[:, None] * (side[-1] - side[0])

@@ -361,3 +361,22 @@ def test_the_last_frame_around_a_turned_band_does_not_fold(angle):
     )
     face, _ = outermost(chart, (np.zeros(2), np.array([across, along])), np.array([-1, -3, 1, 3]))
     assert face is not None and face[1, 0] - face[0, 0] > 24.0 * np.cos(0.25 * np.pi)
+
+
+@pytest.mark.parametrize("sides", [((0, 0),), ((1, 1),), ((1, 0), (0, 1))])
+def test_a_chart_goes_on_beyond_planes_of_symmetry(sides):
+    """Images of a part of the side of a roller lie on the same cylinder."""
+    quarter, mirrored = CylinderSurface(np.zeros(3), np.array([0, 0, 2.0]), 5.0), np.zeros((2, 2))
+    chart = chart_of(quarter, "side", np.array([5.0, 0.0, 1.0]))
+    chart = replace(chart, low=np.array([20.0, 0.0]), wraps=False)
+    mirrored[tuple(np.transpose(sides))] = 1
+    whole = chart.unfolded(mirrored > 0)
+    assert whole.copies == 2 ** len(sides)
+    assert np.array_equal(whole.mirrored, mirrored > 0)
+    place = whole.low + np.random.default_rng(3).random((50, 2)) * (whole.high - whole.low)
+    x = whole.at(place)
+    assert whole.local(x) == pytest.approx(place, abs=1e-9)
+    assert np.hypot(x[:, 0], x[:, 1]) == pytest.approx(np.full(50, 5.0))
+    assert whole.normal(place)[:, :2] * 5.0 == pytest.approx(x[:, :2], abs=1e-6)
+    assert len(whole.images(place)) == 50 * whole.copies
+    assert np.all(whole.itself.holds(whole.folded(place), 0.0))
