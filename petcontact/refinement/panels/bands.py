@@ -16,7 +16,7 @@ from ...geometry.round_surfaces import GRID
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
 from .forecast import WIDER
-from .frames import frames_around, nine_points
+from .frames import TWICE, frames_around, nine_points
 from .hanging import closed
 from .rings import CORE, FRAMES, SHRINK, Inner, cells_of, ringed, twice_as_fine
 from .tiles import tiles
@@ -39,10 +39,6 @@ TURN = 0.25 * math.pi
 """Largest angle between opposite sides of a panel on a curved face [rad], as of first meshes."""
 LEVELS = 4
 """Numbers of lines between the ridge and the edge of a band, from 0."""
-
-
-TWICE = np.array([[8, 0, 0], [3, 6, -1], [0, 8, 0], [-1, 6, 3], [0, 0, 8]]) / 8.0
-"""Values of a parabola at five points by those at three."""
 
 
 Laid = tuple[Chart, Zone, int]

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from curved_bodies import vector_area
 
 from petcontact import Revolved
 from petcontact.geometry.charts import chart_of
@@ -380,3 +381,26 @@ def test_a_chart_goes_on_beyond_planes_of_symmetry(sides):
     assert whole.normal(place)[:, :2] * 5.0 == pytest.approx(x[:, :2], abs=1e-6)
     assert len(whole.images(place)) == 50 * whole.copies
     assert np.all(whole.itself.holds(whole.folded(place), 0.0))
+
+
+def test_frames_on_a_slight_crown_have_as_few_panels_as_on_a_cylinder():
+    """Any parabola along its side lies on it to 1e-6 of its length, so that panels need not end
+    where those at the end of the band do."""
+    counts = []
+    for drop in (0.0, 0.01):
+        arc = {"through": [10.0, 10.0]} if drop else {}
+        sides = [
+            {"part": "low", "to": [10.0 - drop, 0.0]},
+            {"part": "crown", "to": [10.0 - drop, 20.0]} | arc,
+            {"part": "high", "to": [0.0, 20.0]},
+            {"part": "axis", "to": [0.0, 0.0]},
+        ]
+        surface = Revolved(shape="revolved", loops=[sides]).outline()
+        chart = chart_of(surface, "crown", np.array([10.0, 0.0, 10.0]))
+        gap = face_gap(chart, as_given("10 - x + (z - 10)**2/1e4", "gap"), None, None)
+        ridge = ridge_of(gap, chart)
+        forecast = forecast_of(ridge, Line(chart.at(ridge.points)), 2000.0, 1e5)
+        made = banded(round_mesh(surface, 3.0, 1), "crown", (chart, band_of(ridge, forecast), 0))
+        counts.append(len(made.elements_of("crown")))
+        assert np.abs(vector_area(made)).max() < 1e-5 * made.weight.sum()
+    assert counts[1] <= counts[0]
