@@ -25,7 +25,7 @@ from ...refinement.panels.forecast import (
     band_of,
     ellipse_of,
     force_at,
-    forecast_of,
+    forecast_across,
     is_alone,
 )
 from ...refinement.panels.ridge import Gap, Ridge, is_ring, lowest_sample, ridge_of
@@ -176,7 +176,7 @@ class Expected(Keeping):
         if ridge is None:
             return None
         line, ends = self._line(side, charts[0], ridge, meshes)
-        forecast = forecast_of(ridge, line, force, modulus)
+        forecast = forecast_across(shape.gap, ridge, line, force, modulus)
         if not _is_long(forecast):
             return None
         band = replace(band_of(ridge, forecast), mirrored=ends)

@@ -20,6 +20,7 @@ from petcontact.refinement.panels.forecast import (
     Line,
     band_of,
     force_at,
+    forecast_across,
     forecast_of,
     hertz_ellipse,
 )
@@ -404,3 +405,21 @@ def test_frames_on_a_slight_crown_have_as_few_panels_as_on_a_cylinder():
         counts.append(len(made.elements_of("crown")))
         assert np.abs(vector_area(made)).max() < 1e-5 * made.weight.sum()
     assert counts[1] <= counts[0]
+
+
+@pytest.mark.parametrize("power", [2, 4, 6])
+def test_slices_are_as_wide_as_those_of_gaps_that_are_not_parabolic(power):
+    """A gap A x^2n is closed by q = π E* A n a^2n (2n - 1)!!/(2n)!! (Johnson 1985, 5.3). The parabola
+    through the ridge and the edges makes contact wider, by at most a fifth up to x⁶."""
+    chart, ridge, _ = expected(f"20*x**{power}")
+    found = forecast_across(
+        face_gap(chart, as_given(f"20*x**{power}", "gap"), None, None),
+        ridge,
+        Line(chart.at(ridge.points)),
+        0.1,
+        1000.0,
+    )
+    middle = len(found.s) // 2
+    n, share = power // 2, {2: 1.0 / 2.0, 4: 3.0 / 8.0, 6: 15.0 / 48.0}[power]
+    exact = (found.load[middle] / (np.pi * 1000.0 * 20.0 * n * share)) ** (1.0 / power)
+    assert 0.99 * exact < found.half[middle] < 1.2 * exact
