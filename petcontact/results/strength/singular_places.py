@@ -275,6 +275,8 @@ class _Body:
             ("beside", number, side, reach), lambda: nodes_beside(mesh, ends, part, element, reach)
         )
         touched = self._touched(nodes, along, across)
+        if touched == FREE:  # a contact may be narrower than what lies near
+            touched = self._touched(nodes[mesh.element[nodes] == element], along, across)
         if isinstance(touched, Touching) and not self._reaches(number, touched):
             return FREE
         if touched is not None:
