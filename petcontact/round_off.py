@@ -61,6 +61,26 @@ def first_largest(values: Array) -> int:
     return int(np.argmax(values >= most - HALF * np.abs(most)))
 
 
+def to_single(values: Array | float) -> Array:
+    """Values to `SINGLE` of themselves: what differs by less is equal, but at one place in so many.
+
+    >>> to_single(np.array([1.0, 1.0 + 1e-9, 1.1, np.inf])) == [1.0, 1.0, 1.1, np.inf]
+    array([ True,  True, False,  True])
+    """
+    mantissa, power = np.frexp(values)
+    return np.asarray(SINGLE * np.ldexp(np.round(mantissa / SINGLE), power))
+
+
+def largest_first(values: Array) -> Index:
+    """The numbers of values (n,), the largest first; of those that are equal but for round-off the
+    first comes first.
+
+    >>> largest_first(np.array([1.0, 3.0 - 1e-9, 3.0, 4.0]))
+    array([3, 1, 2, 0])
+    """
+    return np.argsort(-to_single(values), kind="stable")
+
+
 def whole(value: float) -> int:
     """The nearest whole number of a positive one, a half being rounded up whatever its last digits
     are.

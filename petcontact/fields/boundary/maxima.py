@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import Array, Index, largest_by, scattered, smallest_by
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...round_off import first_largest
+from ...round_off import first_largest, largest_first
 from .places import spread_places
 
 ACROSS, LOOKED_AT = (9, 33), (8, 1)
@@ -49,8 +49,7 @@ def maximum(
     usable = (least > 0.0) & (np.diff(mesh.first_node)[element] > 1)
     element, most = element[usable], most[usable]
     for across, count in zip(ACROSS, LOOKED_AT, strict=True):
-        # of equal elements the first, whatever round-off
-        element = element[np.argsort((-most / best[0]).astype(np.float32), kind="stable")[:count]]
+        element = element[largest_first(most)[:count]]
         if len(element):
             most, location = _between(mesh, element, whole, across)
             best = (best, location)[first_largest(np.array([best[0], location[0]]))]
@@ -74,8 +73,7 @@ def largest_length(mesh: BoundaryMesh, vectors: Array) -> tuple[float, Array, in
     number, _, u = between_nodes(mesh, np.arange(mesh.n_elements), HALVES, vectors)
     size = np.linalg.norm(np.vstack([vectors, u]), axis=1)
     most = largest_by(np.append(mesh.element, number), size, mesh.n_elements)
-    most = (-most / (most.max() or 1.0)).astype(np.float32)  # of equal ones the first
-    best = most.argsort(kind="stable")[: LOOKED_AT[0]]
+    best = largest_first(most)[: LOOKED_AT[0]]
     number, at, u = between_nodes(mesh, best, np.linspace(0.0, 1.0, ACROSS[1]), vectors)
     size = np.linalg.norm(np.vstack([vectors, u]), axis=1)
     k = first_largest(size)

@@ -20,7 +20,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...mesh.rough_places import narrow_places
 from ...record import record
-from ...round_off import HALF
+from ...round_off import HALF, first_largest
 
 MOVED = 1e-3
 """Assumed approach over the size of the mesh, where no node shows how far bodies approach [-]."""
@@ -111,7 +111,7 @@ class Sampling:
         while reach > HALF:
             best, deepest = over.argmax(axis=1), over.max(axis=1)
             least = np.where(np.isfinite(over) & adjacent[best], over, np.inf).min(axis=1)
-            k = int(deepest.argmax())
+            k = first_largest(deepest)
             if deepest[k] > worst:
                 worst, position = float(deepest[k]), (asked[k : k + 1], share[k : k + 1, best[k]])
             room = 2.0 * deepest > worst + within + least
@@ -134,7 +134,7 @@ class Sampling:
             return 0.0, None
         values, gap = self._at_narrow
         depth = np.where(touched[self.element[row]], 0.0, values @ closer - gap)
-        k = int(depth.argmax())
+        k = first_largest(depth)
         return (
             (float(depth[k]), (row[k : k + 1], share[k : k + 1])) if depth[k] > 0 else (0.0, None)
         )

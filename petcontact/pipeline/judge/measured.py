@@ -15,6 +15,7 @@ from ...geometry.surface import Boundary
 from ...given.interface_data import PosedInterface
 from ...results.records import PairResult
 from ...results.report import Finding
+from ...round_off import first_largest
 from .findings import limit_of, new_finding
 
 NoiseAt = Callable[[Array, float], Noise]
@@ -53,7 +54,7 @@ def spread_by_noise(
         pair = pairs[side.name]
         if not (pair.state != OPEN).any():
             continue
-        most = int(np.argmax(pair.pressure))
+        most = first_largest(pair.pressure)
         noise = noise_at(pair.x[most], _half_width(pair, most))
         if (change := 0.5 * noise.spread) > limit_of("spread"):
             yield new_finding(

@@ -12,6 +12,7 @@ from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.hp_grading import OPPOSITE
 from ...results.solution import Solution
+from ...round_off import largest_first
 
 ASIDE = 0.75
 """Largest distance of an opposite node from the normal line through the centre, in element
@@ -68,7 +69,7 @@ def bending_error(mesh: BoundaryMesh, held: Mask | None = None) -> float:
     boundary exceeds.
     """
     ratio, area = slenderness(mesh, held), np.bincount(mesh.element, mesh.measure)
-    order = np.argsort(-ratio)
+    order = largest_first(ratio)
     beyond = np.searchsorted(np.cumsum(area[order]), SHARE * area.sum())
     return BENDING * float(ratio[order[beyond]]) ** 2
 

@@ -12,7 +12,7 @@ from ...arrays import Array
 from ...geometry.charts import Chart
 from ...record import record, replace
 from .ridge import Gap, Ridge, lowest_point, samples
-from .zone import ELONGATED, ContactBand, ContactEllipse
+from .zone import ELONGATED, ContactBand, ContactEllipse, principal_axes
 
 WIDER = 1.04
 """Width and length of a band over those that are expected [-]. With bands 5 % too wide errors of p
@@ -115,7 +115,7 @@ def _on_face(
     directions on the chart (as columns)."""
     slopes = chart.slopes(place[None])[:, 0]
     back = np.linalg.inv(np.linalg.cholesky(slopes @ slopes.T))
-    (least, most), ways = np.linalg.eigh(back @ (vectors * curvatures) @ vectors.T @ back.T)
+    (least, most), ways = principal_axes(back @ (vectors * curvatures) @ vectors.T @ back.T)
     return (float(most), float(least)), back.T @ ways[:, ::-1]
 
 
@@ -333,7 +333,8 @@ def _loads(
     load, on = np.full(len(h), force / (2.0 * h.sum())), np.ones(len(h), dtype=bool)
     approach = 0.0
     for _ in range(80):
-        c = CENTRED * np.sqrt(4.0 * np.maximum(load, 1e-4 * load.max()) / (stiff * k))
+        half = np.sqrt(4.0 * np.maximum(load, 1e-4 * load.max()) / (stiff * k))
+        c = CENTRED * np.minimum(half, 2.0 * h.sum())  # where the gap is flat there is no width
         moved = np.sum(np.arcsinh((apart + h) / c) - np.arcsinh((apart - h) / c), axis=0) / stiff
         i, new = np.flatnonzero(on), np.zeros(len(h))
         both = np.linalg.solve(moved[np.ix_(i, i)], np.column_stack([np.ones(len(i)), gap[i]]))

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import scipy
 
 from ...arrays import Array, Mask, States
 from ...record import field, record, replace
-from ...round_off import SINGLE
+from ...round_off import SINGLE, to_single
 
 STRAY = 0.1
-"""Largest share of a contact that may differ from the ellipse outside a strip at its edge [-]."""
+"""Share of a contact that differs from the ellipse outside a strip at its edge, from which on it is
+none [-]."""
 STRIP = 0.04
 """Half the width of this strip over the radius [-]: one row of nodes there may be open or
 closed."""
@@ -217,20 +220,40 @@ def zone_of(place: Array, weight: Array, pressure: Array, closed: Mask) -> Conta
         return None
     centre = load @ place / load.sum()
     away = place - centre
-    mean, vectors = np.linalg.eigh(away.T @ (away * load[:, None]) / load.sum())
+    mean, vectors = principal_axes(away.T @ (away * load[:, None]) / load.sum())
     if not 0.0 < mean[1] <= ELONGATED**2 * mean[0]:
         return None
-    vectors[:, 1] *= np.linalg.det(vectors)
     zone = ContactEllipse(centre, vectors * np.sqrt(5.0 * mean))
     square = np.sum(zone.local(place) ** 2, axis=1)
+    zone = replace(zone, axes=math.sqrt(_edge(square, weight, pressure)) * zone.axes)
+    distance = np.linalg.norm(zone.local(place), axis=1)
+    stray = (closed != (distance < 1.0)) & (np.abs(distance - 1.0) > STRIP)
+    fits = weight[stray].sum() < (1.0 - SINGLE) * STRAY * weight[closed].sum()
+    return zone if fits else None
+
+
+def principal_axes(matrix: Array) -> tuple[Array, Array]:
+    """Return the eigenvalues of a symmetric matrix (2, 2), the smaller one first, and unit vectors
+    as right-handed columns.
+
+    Every direction is one of a circle's: the first axis is taken there.
+    """
+    values, vectors = np.linalg.eigh(matrix)
+    if np.ptp(values) <= SINGLE * np.abs(values).max():
+        return values, np.eye(2)
+    vectors[:, 1] *= np.linalg.det(vectors)
+    return values, vectors
+
+
+def _edge(square: Array, weight: Array, pressure: Array) -> float:
+    """Return the squared radius (n,) of the edge, over that of Hertz' pressure with the same
+    moments."""
     _, (low, high) = _parted(square, pressure > 0.0, weight)
     outer = (square > OUTER) & (pressure > 0.0)
     edge = _root(square[outer], pressure[outer] ** 2, weight[outer])
-    edge = np.clip(edge if edge > OUTER else 1.0, low - BEYOND, high + BEYOND)
-    zone = replace(zone, axes=float(np.sqrt(edge)) * zone.axes)
-    distance = np.linalg.norm(zone.local(place), axis=1)
-    stray = (closed != (distance < 1.0)) & (np.abs(distance - 1.0) > STRIP)
-    return zone if weight[stray].sum() <= STRAY * weight[closed].sum() else None
+    if not edge > OUTER:
+        return float(np.clip(1.0, low, high))
+    return float(np.clip(edge, low - BEYOND, high + BEYOND))
 
 
 def with_stick(
@@ -278,17 +301,22 @@ def with_stick(
 def _parted(square: Array, inner: Mask, weight: Array) -> tuple[int, tuple[float, float]]:
     """Return the last node inside the circle that best separates inner nodes from others.
 
-    Return the squared radii (n,) of this node and of the next one, too.
+    Return the squared radii (n,) of this node and of the next one, too. Nodes on one circle are on
+    one side, whatever round-off says.
     """
-    order = np.argsort(square)
-    last = int(np.cumsum(np.where(inner, weight, -weight)[order])[:-1].argmax())
+    rounded = to_single(square)
+    order = np.argsort(rounded, kind="stable")
+    inside = np.cumsum(np.where(inner, weight, -weight)[order])[:-1]
+    last = int(np.where(np.diff(rounded[order]) > 0.0, inside, -np.inf).argmax())
     return int(order[last]), (float(square[order[last]]), float(square[order[last + 1]]))
 
 
 def _root(square: Array, values: Array, weight: Array) -> float:
-    """Return the zero of the line through values over squares of the radius."""
+    """Return the zero of the line through values over squares of the radius; NaN if the values
+    differ by round-off only."""
     root = np.sqrt(weight)
     (start, slope), *_ = np.linalg.lstsq(
         root[:, None] * np.vander(square, 2, True), root * values, rcond=None
     )
-    return float(-start / slope) if slope else np.nan
+    differ = abs(slope) * square.max(initial=0.0) > SINGLE * np.abs(values).max(initial=0.0)
+    return float(-start / slope) if differ else np.nan

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Array, shown
-from ...round_off import first_largest
+from ...round_off import first_largest, largest_first, to_single
 from ..evaluated import Evaluated
 from ..records import StepResult, step_ends
 from ..strength.place import Place
@@ -75,7 +75,7 @@ def _largest(samples: Sequence[Samples], name: str) -> list[Number]:
         for top, where in zip(reversed(tops), ("inside", "on the surface"), strict=True)
         if top is not None
     ]
-    endless.sort(key=lambda each: -float(np.float32(each[0])))  # of equal ones the first
+    endless = [endless[k] for k in largest_first(np.array([each[0] for each in endless]))]
     beside = _beside(endless, name)
     largest = max([*named, *beside], key=lambda each: float(each.value[0]), default=None)
     named += [each for each in beside if each is largest]
@@ -90,10 +90,10 @@ def _beside(at: Sequence[Told], name: str) -> list[Number]:
     for some in {own for _, _, own in tried}:
         some.look_around([(place, 0.0, place.angle) for _, place, own in tried if own is some])
     most = [max(ring, some.largest_on_arc(key, place)[0]) for ring, place, some in tried]
-    for k in np.argsort(-np.array(most), kind="stable").tolist():
+    for k in largest_first(np.array(most)).tolist():
         if not found or most[k] > found[0].size:
             own = tried[k][2].beside(f"{name} stress", key, tried[k][1])
-            found = [max(own, *found, key=lambda each: each.size)] if found else [own]
+            found = [max(*found, own, key=lambda each: to_single(each.size))] if found else [own]
     return found
 
 
@@ -112,7 +112,7 @@ def _tops(samples: Sequence[Samples], key: str) -> list[Number | None]:
     for inside in (False, True):
         # of each body and step the largest come first, and no more are looked for than needed
         found = (zip(some.peaks(key, inside), itertools.repeat(some)) for some in samples)
-        largest = heapq.merge(*found, key=lambda each: -float(each[0].value[0]))
+        largest = heapq.merge(*found, key=lambda each: -float(to_single(each[0].value[0])))
         top = None
         for peak, some in itertools.islice(largest, TRIED):
             if (top := some.top(key, peak, above)) is not None:

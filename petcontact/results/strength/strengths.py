@@ -15,7 +15,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record, replace
 from ...refinement.corner_exponents import NEAR
 from ...refinement.corner_modes import Expansion, Mode
-from ...round_off import first_largest
+from ...round_off import first_largest, largest_first
 from ..evaluated import Evaluated
 from ..records import StepResult
 from .place import Place
@@ -219,7 +219,7 @@ def tops(
         return
     tree = scipy.spatial.cKDTree(x)
     reach = np.minimum(reach, float(np.ptp(x, axis=0).max()))
-    rows = rows[np.argsort(-values[rows], kind="stable")]
+    rows = rows[largest_first(values[rows])]
     for first in range(0, len(rows), TOGETHER):
         some = rows[first : first + TOGETHER]
         around = tree.query(x[some], min(AROUND, len(x)))[1].reshape(len(some), -1)

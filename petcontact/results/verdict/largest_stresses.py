@@ -19,7 +19,7 @@ LISTED = 3
 def peak_lines(tell: Teller) -> list[str]:
     """The largest von Mises and first principal stress, inside, on the surface and beside a place
     without a bound, and where stress has none, with its K."""
-    lines, unbounded, stressed = list[str](), dict[str, None](), False
+    lines, unbounded, stressed = list[str](), dict[tuple[str, str], str](), False
     for name in QUANTITIES:
         stresses = [
             each for each in tell.numbers.values() if each.name.startswith(f"{name} stress ")
@@ -30,7 +30,8 @@ def peak_lines(tell: Teller) -> list[str]:
             if np.isinf(number.error) and number.place is not None:
                 place = place_of(number.place, tell.size)
                 named = _named(number.of, printable(number.part))
-                unbounded[f"{place} ({', '.join([named, *_strengths(tell, number)])})"] = None
+                text = f"{place} ({', '.join([named, *_strengths(tell, number)])})"
+                unbounded.setdefault((number.of, number.name.removeprefix(name)), text)
             else:
                 words.append(_words(number, tell))
         if words:
@@ -40,7 +41,7 @@ def peak_lines(tell: Teller) -> list[str]:
             joined = joined.replace(" of below", " below")
             lines += wrapped(f"  largest {name} stress: ", [joined], separator=" ")
             stressed |= joined != "0"
-    return [*lines, *(_without_bound([*unbounded]) if stressed or not lines else [])]
+    return [*lines, *(_without_bound([*unbounded.values()]) if stressed or not lines else [])]
 
 
 def _without_bound(places: list[str]) -> list[str]:

@@ -47,6 +47,13 @@ def test_a_gap_that_is_least_in_a_corner_has_no_ridge():
         assert ridge is None or len(ridge.s) > 1
 
 
+def test_slices_beside_a_bump_are_no_wider_than_the_ridge_is_long():
+    """Where the gap is flat slices have no width: the loads of such cells cannot be told apart."""
+    _, _, forecast = expected("0.05 - 0.05*exp(-(x**2 + y**2)/0.02)", force=5.0, modulus=100.0)
+    assert np.isfinite(forecast.load).all()
+    assert forecast.load @ np.gradient(forecast.s) == pytest.approx(5.0, rel=0.3)
+
+
 @pytest.mark.parametrize("ratio", [1.5, 10.0, 100.0])
 def test_the_ellipse_satisfies_hertz(ratio):
     """p0 = 3F/(2πab) makes both curvatures: Johnson 1985, (4.25) by a quadrature of his."""

@@ -117,6 +117,23 @@ def test_a_few_closed_nodes_beyond_the_edge_do_not_move_it():
     np.testing.assert_allclose(np.linalg.norm(zone.axes, axis=0), 1.0, atol=1e-3)
 
 
+def test_round_off_chooses_no_directions_of_a_circle_and_no_edge():
+    """The other processor's last digits: the panels laid from them were others, with another
+    error."""
+    r, angle = np.meshgrid(np.linspace(0.02, 1.2, 60), 0.25 * np.pi * np.arange(8))
+    x = np.column_stack([(r * np.cos(angle)).ravel(), (r * np.sin(angle)).ravel()])
+    rng, found = np.random.default_rng(5), []
+    for pressure in (
+        np.sqrt(np.maximum(1.0 - r**2, 0.0)).ravel(),
+        (r.ravel() < 1.01).astype(float),
+    ):
+        for _ in range(4):
+            near = x * (1.0 + 1e-15 * rng.standard_normal(x.shape))
+            zone = zone_of(near, r.ravel(), pressure, pressure > 0.0)
+            found.append(zone.axes)
+        np.testing.assert_allclose(found[-4:], [found[-1]] * 4, rtol=0.0, atol=1e-6)
+
+
 def test_contacts_of_other_shapes_have_no_zone():
     line = 0.05 * (np.arange(-20, 20) + 0.5)
     x = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
