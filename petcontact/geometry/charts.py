@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..arrays import Array, Mask
-from ..record import record
+from ..arrays import Array, Index, Mask
+from ..record import record, replace
 from ..round_off import SINGLE, TINY, WRITTEN
 from .revolved.turned_surface import RevolvedSurface
 from .round_surfaces import CylinderSurface, SphereSurface
@@ -34,6 +34,9 @@ class Chart:
         Whether the ends of u are one line on the face, which then has no rim there.
     round : bool
         Whether the face is the disc in the rectangle, a square about 0.
+    own : (2, 2) array, optional
+        `low` and `high` of the face itself where the rectangle goes on beyond planes of symmetry,
+        with the images of the face [length].
     """
 
     low: Array
@@ -43,6 +46,55 @@ class Chart:
     flat: bool = False
     wraps: bool = False
     round: bool = False
+    own: Array | None = None
+
+    @property
+    def itself(self) -> Chart:
+        """The chart of the face without images in planes of symmetry."""
+        low, high = self.sides
+        return replace(self, low=low, high=high, own=None)
+
+    @property
+    def sides(self) -> Array:
+        """`low` and `high` of the face itself (2, 2) [length]."""
+        return np.array([self.low, self.high]) if self.own is None else self.own
+
+    @property
+    def mirrored(self) -> Mask:
+        """At which of its sides the face goes on with its images, (2, 2)."""
+        return np.asarray(np.abs(np.array([self.low, self.high]) - self.sides) > self.slack)
+
+    def unfolded(self, mirrored: Mask) -> Chart:
+        """Return the chart of a face with its images in the planes at some of its sides (2, 2), at
+        most one along each coordinate."""
+        return functools.reduce(_with_image, np.argwhere(mirrored), self)
+
+    def part(self, sides: Array) -> Chart:
+        """Return the chart of the part of the face between coordinates (2, 2), with its images."""
+        reach = np.where(self.mirrored, 2.0 * sides - sides[::-1], sides)
+        return replace(
+            self, low=reach[0], high=reach[1], own=sides if self.own is not None else None
+        )
+
+    @property
+    def copies(self) -> int:
+        """Number of images of the face, with itself."""
+        return int(2 ** np.count_nonzero(self.mirrored))
+
+    def images(self, place: Array) -> Array:
+        """Return places (n, 2) of the face with those of their images, (c n, 2)."""
+        for side, axis in np.argwhere(self.mirrored):
+            image = place.copy()
+            image[:, axis] = 2.0 * self.sides[side, axis] - image[:, axis]
+            place = np.concatenate([place, image])
+        return place
+
+    def folded(self, place: Array) -> Array:
+        """Return the places on the face itself whose images are at places (n, 2)."""
+        result = place.copy()
+        for side, axis in np.argwhere(self.mirrored):
+            result[:, axis] = _in_front(result[:, axis], self.sides[side, axis], side)
+        return result
 
     def holds(self, place: Array, slack: float) -> Mask:
         """Return which coordinates (n, 2) are on the face, or at most `slack` beyond its rim."""
@@ -83,6 +135,40 @@ class Chart:
         """Return outward unit normals (n, 3) at coordinates (n, 2)."""
         normal = np.cross(*self.tangents(place))
         return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+
+
+def _in_front(values: Array, end: float, side: int) -> Array:
+    """Return values (n,) reflected to one side of an end: below it if `side` is 1."""
+    return np.asarray(end + (1.0 - 2.0 * side) * np.abs(values - end))
+
+
+def _with_image(chart: Chart, rim: Index) -> Chart:
+    """Return a chart that goes on beyond one of its sides, low or high u or v, with the image of
+    the face in the plane there."""
+    side, axis = rim.tolist()
+    end, place = chart.sides[side, axis], 0.5 * (chart.low + chart.high)
+    place[axis] = end
+    normal = chart.tangents(place[None])[axis, 0]
+    foot, sign = chart.at(place[None])[0], 2.0 * side - 1.0
+
+    def mirrored(x: Array, beyond: Mask) -> Array:
+        return np.asarray(x - np.outer(2.0 * beyond * ((x - foot) @ normal), normal))
+
+    def at(place: Array) -> Array:
+        inner = place.copy()
+        inner[:, axis] = _in_front(place[:, axis], end, side)
+        return mirrored(chart.at(inner), sign * (place[:, axis] - end) > 0.0)
+
+    def local(x: Array) -> Array:
+        beyond = sign * ((x - foot) @ normal) > 0.0
+        place = chart.local(mirrored(x, beyond))
+        place[beyond, axis] = 2.0 * end - place[beyond, axis]
+        return place
+
+    own = chart.sides
+    reach = np.array([chart.low, chart.high])
+    reach[side, axis] = 2.0 * end - reach[1 - side, axis]
+    return replace(chart, low=reach[0], high=reach[1], at=at, local=local, own=own)
 
 
 @functools.singledispatch

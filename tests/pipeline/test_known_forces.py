@@ -155,11 +155,42 @@ def test_a_quarter_of_a_block_has_the_band_of_the_whole_one(symmetric):
         made, laid = Bands(posed, 0.05).first(FirstMeshes(posed, 4000).meshes, lambda made: made)
         area = (2.0 - lower[0]) * (2.0 - lower[1])
         assert made[0].weight[made[0].nodes_of("top")].sum() == pytest.approx(area)
-        expected += [long.zone for long in laid.long["pair"]]
-    whole, part = expected
+        expected += laid.long["pair"]
+    whole, part = (long.zone for long in expected)
     assert part.widest == pytest.approx(whole.widest, rel=0.02)
     assert part.mirrored == ("front" in symmetric, False)
-    assert part.halved == ("left" in symmetric)
+    assert expected[1].charts[0].mirrored.tolist() == [["left" in symmetric, False], 2 * [False]]
+
+
+@pytest.mark.parametrize("symmetric", [("front",), ("left",), ("left", "front")])
+@pytest.mark.parametrize("gap", ["(x**2 + y**2)/2", "(x**2 + 3*y**2)/2", "x**2/2 + 0.02*y**2"])
+def test_a_quarter_of_a_block_has_the_zone_of_the_whole_one(symmetric, gap):
+    """It has the same contact, with half of the panels of rings and frames or a quarter."""
+    zones, counts, planes = [], [], ()
+    while True:
+        lower = [-2.0 * ("left" not in planes), -2.0 * ("front" not in planes), -3.0]
+        block = solid("block", cuboid(lower, [2.0, 2.0, 0.0]), moved("bottom", 3 * [0.0]))
+        block["boundary"] += rollers(*planes)
+        force = [0.0, 0.0, -0.1 * 0.5 ** len(planes)]
+        tool = {"name": "tool", "displacement": [0.0, 0.0, "free"], "force": force}
+        pair = touching("pair", "block.top", "tool", gap=gap)
+        posed = problem(body=[block], obstacle=[tool], contact=[pair]).posed
+        made, laid = Bands(posed, 0.05).first(FirstMeshes(posed, 4000).meshes, lambda made: made)
+        (long,) = laid.long["pair"]
+        zones.append(long.zone.corners)
+        panels = made[0].elements_of("top")
+        counts.append(len(panels))
+        nodes = made[0].nodes_of("top")
+        x, weight = made[0].x[nodes], made[0].weight[nodes]
+        assert np.all(x[:, :2] > lower[:2]) and np.all(x[:, :2] < 2.0)
+        # the panels cover the face once
+        assert weight.sum() == pytest.approx((2.0 - lower[0]) * (2.0 - lower[1]), rel=1e-9)
+        assert weight @ x[:, 0] ** 2 == pytest.approx(weight.sum() * 4.0 / 3.0, rel=1e-6)
+        if planes == symmetric:
+            break
+        planes = symmetric
+    assert zones[1] == pytest.approx(zones[0], abs=0.01 * np.ptp(zones[0]))
+    assert counts[1] <= 0.5 ** len(symmetric) * counts[0] + 0.35 * counts[0]
 
 
 def ball_on_a_block(wanted=0.02):

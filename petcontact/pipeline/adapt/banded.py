@@ -236,7 +236,9 @@ class Bands:
         """Return the forces that end overlaps between nodes, which contacts of a group share: a
         roller may be pressed into one of two plates before it moves."""
         step = step_ends(solution.steps or solution.tried)[-1]
-        known = [self._expected.overlap(side, step.pairs[side.name], solution) for side in group]
+        known = [
+            self._expected.overlap(side, step.pairs[side.name], meshes, solution) for side in group
+        ]
         depth = sum(known) / len(group)
         if not 0.0 < depth < math.inf:
             return {}

@@ -3,11 +3,13 @@ is least."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+import itertools
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...fields.boundary.places import all_at
 from ...geometry.charts import Chart, chart_of, disc_of
 from ...given.conditions import Displacement, Symmetry
@@ -23,14 +25,14 @@ from ...refinement.panels.forecast import (
     band_of,
     ellipse_of,
     force_at,
-    forecast_of,
+    forecast_across,
     is_alone,
 )
 from ...refinement.panels.ridge import Gap, Ridge, is_ring, lowest_sample, ridge_of
 from ...refinement.panels.zone import ELONGATED, ContactEllipse
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
-from ...round_off import SINGLE, TINY
+from ...round_off import CHAINED, SINGLE, TINY
 from .known_forces import load_of
 from .long_contacts import ZonedContact
 
@@ -85,11 +87,11 @@ class Expected(Keeping):
     ) -> list[ZonedContact]:
         """Return the contacts that a force makes, one in each basin of the gap; none of them if one
         is neither an ellipse nor long."""
-        shape = self._shape(side, solution)
+        shape = self._shape(side, solution, meshes)
         first = shape and self._pressed(side, shape, force, meshes)
         if shape is None or not first:
             return []
-        shapes = self._parts(side, shape, first[2], solution)
+        shapes = self._parts(side, shape, first[2], solution, meshes)
         forces = np.full(len(shapes), force / len(shapes))
         for _ in range(STEPS):
             tried = [
@@ -115,27 +117,36 @@ class Expected(Keeping):
         solution: Solution | None,
     ) -> float:
         """Return the force that ends an overlap; 0 where there is no ridge."""
-        shape, thick = self._shape(side, solution), [np.ptp(m.x, axis=0).min() for m in meshes]
+        shape, thick = (
+            self._shape(side, solution, meshes),
+            [np.ptp(m.x, axis=0).min() for m in meshes],
+        )
         if shape is None or shape.ridge is None:
             return 0.0
         deep, whole = 0.5 * float(min(thick[b] for b in side.bodies)), 0.0
-        for part in self._parts(side, shape, approach, solution):
+        for part in self._parts(side, shape, approach, solution, meshes):
             if part.ridge is not None:
                 (chart, *_), ridge = part.charts, part.ridge
                 left = approach - float(ridge.gap.min() - shape.ridge.gap.min())
-                line, (*_, halved) = self._line(side, chart, ridge, meshes)
+                line = self._line(side, chart, ridge, meshes)[0]
                 own = force_at(ridge, line, left, self._modulus(side), deep) if left > 0.0 else 0.0
-                whole += own / (1.0 + halved)
+                whole += own / chart.copies
         return whole
 
-    def overlap(self, side: PosedInterface, pair: PairResult, solution: Solution | None) -> float:
+    def overlap(
+        self,
+        side: PosedInterface,
+        pair: PairResult,
+        meshes: Sequence[SurfaceMesh],
+        solution: Solution | None,
+    ) -> float:
         """Return how deep a contact overlaps between nodes, by what the nearest one has moved."""
-        shape = self._shape(side, solution)
+        shape = self._shape(side, solution, meshes)
         if shape is None or shape.ridge is None:
             return 0.0
         (chart, *_), ridge = shape.charts, shape.ridge
         least = int(ridge.gap.argmin())
-        place = chart.at(ridge.points[[least]])
+        place = chart.at(chart.folded(ridge.points[[least]]))
         near = [int(np.linalg.norm(pair.x - place, axis=1).argmin())]
         moved = float((shape.gap(chart.local(pair.x[near])) - pair.gap[near])[0])
         return max(moved - float(ridge.gap[least]), 0.0)
@@ -158,16 +169,17 @@ class Expected(Keeping):
         """Return the contact that a force makes in one basin, or None if it is not long or has no
         ridge."""
         charts, ridge, modulus = shape.charts, shape.ridge, self._modulus(side)
+        force *= charts[0].copies
         found = ellipse_of(shape.gap, charts[0], shape.start, force, modulus)
         if found is not None:
             return ZonedContact(side, charts, found[0]), *found[1:]
         if ridge is None:
             return None
-        line, (*ends, halved) = self._line(side, charts[0], ridge, meshes)
-        forecast = forecast_of(ridge, line, force * (1.0 + halved), modulus)
+        line, ends = self._line(side, charts[0], ridge, meshes)
+        forecast = forecast_across(shape.gap, ridge, line, force, modulus)
         if not _is_long(forecast):
             return None
-        band = replace(band_of(ridge, forecast), mirrored=(ends[0], ends[1]), halved=halved)
+        band = replace(band_of(ridge, forecast), mirrored=ends)
         return (
             ZonedContact(side, charts, band, ridge.closed),
             float(ridge.gap.min()),
@@ -176,30 +188,30 @@ class Expected(Keeping):
 
     def _mirrored(
         self, side: PosedInterface, chart: Chart, ridge: Ridge, meshes: Sequence[SurfaceMesh]
-    ) -> list[bool]:
-        """Return at which ends of its ridge a contact goes on, and whether it does across."""
-        middle = len(ridge.s) // 2
-        place, across = ridge.points[[0, -1, middle]], ridge.across[0]
-        ways = np.array([[-across[1], across[0]]] * 2 + [across])
-        ways = np.einsum("nk,knd->nd", ways, chart.tangents(place))
-        always = ridge.closed, ridge.closed, False
-        return [
-            known or self._mirrors(side.body, meshes, *each)
-            for known, *each in zip(always, chart.at(place), ways, strict=True)
-        ]
+    ) -> tuple[bool, bool]:
+        """Return at which ends of its ridge a contact goes on beyond those of its chart."""
+        if ridge.closed:
+            return True, True
+        place, across = chart.folded(ridge.points[[0, -1]]), ridge.across[0]
+        way = np.array([-across[1], across[0]])
+        ways = np.einsum("k,knd->nd", way, chart.tangents(place))
+        first, last = map(
+            functools.partial(self._mirrors, side.body, meshes), chart.at(place), ways
+        )
+        return first, last
 
     def _line(
         self, side: PosedInterface, chart: Chart, ridge: Ridge, meshes: Sequence[SurfaceMesh]
-    ) -> tuple[Line, list[bool]]:
+    ) -> tuple[Line, tuple[bool, bool]]:
         """Return where the ridge of a contact lies, and the planes of symmetry at its ends; and
-        whether contact goes on at both ends, and across."""
+        whether contact goes on there."""
         mirrored = self._mirrored(side, chart, ridge, meshes)
         ends = np.array([[0.0, 1e-4], [1.0, 1.0 - 1e-4]]) * (ridge.s[-1] - ridge.s[0]) + ridge.s[0]
         planes = [
             (place, place - inner)
             for (place, inner), here in zip(
                 (chart.at(ridge.at(both)[0]) for both in ends),
-                mirrored[:2],
+                mirrored,
                 strict=True,
             )
             if here and not ridge.closed
@@ -211,11 +223,13 @@ class Expected(Keeping):
         return 1.0 / self._posed.softness(side)
 
     def _gap(self, side: PosedInterface, charts: list[Chart], solution: Solution | None) -> Gap:
-        """Return the gap of a contact, when it touches if its direction is the normal."""
-        gap = face_gap(charts[0], side.law.gap, side.direction, *charts[1:])
-        if side.direction is not None:
-            return gap
-        return touching(gap, charts[0], self._way(side, charts[0], gap, solution))
+        """Return the gap of a contact, when it touches if its direction is the normal; it is the
+        same beyond planes of symmetry."""
+        own = charts[0]
+        gap = face_gap(own, side.law.gap, side.direction, *charts[1:])
+        if side.direction is None:
+            gap = touching(gap, own.itself, self._way(side, own, gap, solution))
+        return lambda place: gap(own.folded(place))
 
     def _way(
         self, side: PosedInterface, chart: Chart, gap: Gap, solution: Solution | None
@@ -247,18 +261,26 @@ class Expected(Keeping):
         normal = mesh.normal[np.isin(mesh.element, met)]
         return bool(np.any(np.abs(normal @ way) > 1.0 - SINGLE))
 
-    def _shape(self, side: PosedInterface, solution: Solution | None) -> Shape | None:
+    def _shape(
+        self, side: PosedInterface, solution: Solution | None, meshes: Sequence[SurfaceMesh]
+    ) -> Shape | None:
         """Return the shape of a contact, looked for once; None where its faces have no charts."""
-        return self.once(side.name, lambda: self._about(side, self.charts(side), solution))
+        return self.once(side.name, lambda: self._about(side, self.charts(side), solution, meshes))
 
     def _parts(
-        self, side: PosedInterface, shape: Shape, approach: float, solution: Solution | None
+        self,
+        side: PosedInterface,
+        shape: Shape,
+        approach: float,
+        solution: Solution | None,
+        meshes: Sequence[SurfaceMesh],
     ) -> list[Shape]:
         """Return the shape in each basin of a gap."""
-        within = basins(shape.gap, shape.charts[0], approach)
+        charts = [chart.itself for chart in shape.charts]
+        within = basins(shape.gap, charts[0], approach)
         if len(within) == 1:
             return [shape]
-        found = [self._about(side, shape.charts, solution, own) for own in within]
+        found = [self._about(side, charts, solution, meshes, own) for own in within]
         return [part for part in found if part is not None]
 
     def _about(
@@ -266,9 +288,11 @@ class Expected(Keeping):
         side: PosedInterface,
         charts: list[Chart],
         solution: Solution | None,
+        meshes: Sequence[SurfaceMesh],
         within: Within | None = None,
     ) -> Shape | None:
-        """Return the shape of a contact about its least gap, on charts that are cut opposite."""
+        """Return the shape of a contact about its least gap, on charts that are cut opposite, and
+        go on beyond planes of symmetry in which it lies."""
         if not charts:
             return None
         (own, *_), gap = charts, _limited(self._gap(side, charts, solution), within)
@@ -278,8 +302,46 @@ class Expected(Keeping):
         middle = own.at(start[None])
         charts = self.charts(side, middle[0], ring=is_ring(gap, own))
         inside = within and (lambda place: within(own.local(charts[0].at(place))))
-        gap, start = _limited(self._gap(side, charts, solution), inside), charts[0].local(middle)[0]
+        gap = _limited(self._gap(side, charts, solution), inside)
+        start, planes = self._planes(side, charts, gap, charts[0].local(middle)[0], meshes)
+        charts = [chart.unfolded(own) for chart, own in zip(charts, planes, strict=True)]
+        gap = _limited(self._gap(side, charts, solution), inside)
         return Shape(charts, gap, start, ridge_of(gap, charts[0], start))
+
+    def _planes(
+        self,
+        side: PosedInterface,
+        charts: list[Chart],
+        gap: Gap,
+        start: Array,
+        meshes: Sequence[SurfaceMesh],
+    ) -> tuple[Array, list[Mask]]:
+        """Return a place near the least gap, moved into the planes of symmetry in which the gap is
+        least, and at which sides of each chart these planes are, (2, 2)."""
+        planes = [np.zeros((2, 2), dtype=bool) for _ in charts]
+        for foot, axis in _feet(gap, charts[0], start):
+            x, way = charts[0].at(foot[None]), charts[0].tangents(foot[None])[axis, 0]
+            met = [
+                (np.abs(chart.sides - chart.local(x)) < chart.slack)
+                & self._mirrors(body, meshes, chart.at(chart.local(x))[0], way)
+                for chart, (body, _) in zip(charts, side.ends, strict=True)
+            ]
+            if all(map(np.any, met)):
+                start = np.where(np.eye(2)[axis], foot, start)
+                planes = [old | new for old, new in zip(planes, met, strict=True)]
+        return start, planes
+
+
+def _feet(gap: Gap, chart: Chart, start: Array) -> Iterator[tuple[Array, int]]:
+    """Yield the feet of a point on sides of a face where the gap between them is least at the foot,
+    and the coordinate along which they lie."""
+    noise = CHAINED * float(np.ptp(chart.sides, axis=0).max())
+    shares = np.append(0.0, np.geomspace(SINGLE, 1.0))
+    for axis, end in itertools.product((0, 1), (0, 1)):
+        foot = np.where(np.eye(2)[axis], chart.sides[end], start)
+        least, *others = gap(foot + shares[:, None] * (start - foot))
+        if least < others[-1] - noise and least < min(others) + noise:
+            yield foot, axis
 
 
 def _limited(gap: Gap, within: Within | None) -> Gap:

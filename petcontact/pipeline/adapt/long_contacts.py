@@ -146,14 +146,16 @@ def _round_zone(
 ) -> ContactEllipse | None:
     """Return the ellipse of contact of nodes after the last step, with the disc that sticks, or
     None if contact has another shape; earlier steps lie inside."""
-    closed = np.any([pair.pressure[own] > 0.0 for pair in pairs], axis=0)
-    last, place = pairs[-1], chart.local(pairs[-1].x[own])
+    last, place = pairs[-1], chart.images(chart.local(pairs[-1].x[own]))
+    nodes = np.tile(np.flatnonzero(own), chart.copies)
+    closed = np.any([pair.pressure[nodes] > 0.0 for pair in pairs], axis=0)
     if np.count_nonzero(closed) < FEWEST:
         return None
-    zone = zone_of(place, last.weight[own], last.pressure[own], closed)
+    weight = last.weight[nodes]
+    zone = zone_of(place, weight, last.pressure[nodes], closed)
     if zone is None or not sticks:
         return zone
-    return with_stick(zone, place, last.weight[own], last.state[own], last.slip_increment[own])
+    return with_stick(zone, place, weight, last.state[nodes], last.slip_increment[nodes])
 
 
 def _moved_band(
@@ -164,11 +166,13 @@ def _moved_band(
     Ends that are sharp stay, and the ridge stays parallel to itself.
     """
     pair = max(pairs, key=lambda each: float(each.weight[own] @ each.pressure[own]))
-    across, along = band.coordinates(long.charts[0].local(pair.x))
-    force = pair.weight * pair.pressure * (own & band.is_inside(along))
+    chart = long.charts[0]
+    across, along = band.coordinates(chart.images(chart.local(pair.x)))
+    force = np.tile(pair.weight * pair.pressure * own, chart.copies)
+    force[~band.is_inside(along)] = 0.0
     if not force.any():
         return band
-    off = 0.0 if band.halved else float(force @ across / force.sum())
+    off = float(force @ across / force.sum())
     half = _half_widths(long.closed, band, along, across - off, force)
     s, ends = band.s, band.ends
     if not any(band.sharp):

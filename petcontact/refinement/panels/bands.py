@@ -16,7 +16,7 @@ from ...geometry.round_surfaces import GRID
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
 from .forecast import WIDER
-from .frames import frames_around, nine_points
+from .frames import TWICE, frames_around, nine_points
 from .hanging import closed
 from .rings import CORE, FRAMES, SHRINK, Inner, cells_of, ringed, twice_as_fine
 from .tiles import tiles
@@ -39,10 +39,6 @@ TURN = 0.25 * math.pi
 """Largest angle between opposite sides of a panel on a curved face [rad], as of first meshes."""
 LEVELS = 4
 """Numbers of lines between the ridge and the edge of a band, from 0."""
-
-
-TWICE = np.array([[8, 0, 0], [3, 6, -1], [0, 8, 0], [-1, 6, 3], [0, 0, 8]]) / 8.0
-"""Values of a parabola at five points by those at three."""
 
 
 Laid = tuple[Chart, Zone, int]
@@ -91,11 +87,31 @@ def _laid(chart: Chart, zone: Zone, level: int) -> tuple[Array, Array] | None:
     if inner is None:
         return None
     frames = _turned_less(np.concatenate([inner.outer, *frames_around(chart, inner)]), chart)
-    cells = np.concatenate([inner.cells, frames])
+    order = np.append(inner.order, np.full(len(frames), 2))
+    cells, order = _on_face(np.concatenate([inner.cells, frames]), order, chart)
     points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
     if chart.flat:
         points[_straight(cells), 4:] = np.nan
-    return points, np.append(inner.order, np.full(len(frames), 2))
+    return points, order
+
+
+def _on_face(cells: Array, order: Array, chart: Chart) -> tuple[Array, Array]:
+    """Return the panels that lie on the face itself, and not beyond planes of symmetry, and their
+    orders. Those that are their own images are halved."""
+    for side, axis in np.argwhere(chart.mirrored):
+        end = chart.sides[side, axis]
+        for k in (0, 1):
+            off = cells[..., axis] - end
+            crosses = (off.min(axis=1) < -chart.slack) & (off.max(axis=1) > chart.slack)
+            one, other = (np.abs(off[:, 5 - n] - off[:, 7 - n]) for n in (k, 1 - k))
+            crosses &= one > other
+            cells = np.concatenate([cells[~crosses], _halves(cells[crosses], k)])
+            order = np.concatenate([order[~crosses], np.repeat(order[crosses], 2)])
+        off = cells[..., axis] - end
+        cells[np.abs(off) < chart.slack, axis] = end
+        own = (off[:, 8] > 0.0) == (side == 0)
+        cells, order = cells[own], order[own]
+    return cells, order
 
 
 def _inner(band: ContactBand, chart: Chart, level: int) -> Inner | None:
@@ -239,4 +255,4 @@ def _halves(cells: Array, axis: int) -> Array:
     grid = np.empty((len(cells), 3, 3, 2))
     grid[:, *np.transpose(GRID)] = cells
     twice = np.moveaxis(np.tensordot(TWICE, grid, axes=(1, axis + 1)), 0, axis + 1)
-    return np.concatenate([cells_of(each) for each in twice])
+    return np.concatenate([cells[:0], *map(cells_of, twice)])

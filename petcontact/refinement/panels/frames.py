@@ -10,6 +10,9 @@ from ...round_off import SINGLE
 from .forecast import from_end
 from .rings import FRAMES, Inner
 
+TWICE = np.array([[8, 0, 0], [3, 6, -1], [0, 8, 0], [-1, 6, 3], [0, 0, 8]]) / 8.0
+"""Values of a parabola at five points by those at three."""
+
 
 def frames_around(chart: Chart, inner: Inner) -> list[Array]:
     """Return the panels of frames around inner ones up to the rim of the face.
@@ -34,7 +37,7 @@ def frames_around(chart: Chart, inner: Inner) -> list[Array]:
         else:
             box = np.where(done, last, box + sign * width)
             corners = _box_corners(box)
-        straight = [_is_straight(chart, origin + side @ axes) for side in rim]
+        straight = [_is_parabola(chart, origin + side[[0, -1]] @ axes) for side in rim]
         made, rim = one_frame(rim, corners, width if result else 0.0, straight)
         result.append(origin + made @ axes)
         if done.all():
@@ -42,11 +45,12 @@ def frames_around(chart: Chart, inner: Inner) -> list[Array]:
         width *= FRAMES
 
 
-def _is_straight(chart: Chart, side: Array) -> bool:
-    """Return whether points (n, 2) lie on a straight line of the face, as on its generators."""
-    x = chart.at(side)
-    away = np.cross(x - x[0], x[-1] - x[0])
-    return bool(np.abs(away).max() <= SINGLE * np.sum((x[-1] - x[0]) ** 2))
+def _is_parabola(chart: Chart, ends: Array) -> bool:
+    """Return whether the side between two points (2, 2) is a parabola on the face, like generators
+    of cylinders and of slight crowns: panels that end anywhere on it leave no slits."""
+    x = chart.at(ends[0] + np.linspace(0.0, 1.0, 5)[:, None] * (ends[1] - ends[0]))
+    off = x[[1, 3]] - TWICE[[1, 3]] @ x[[0, 2, 4]]
+    return bool(np.abs(off).max() <= SINGLE * np.linalg.norm(x[-1] - x[0]))
 
 
 def outermost(chart: Chart, axes: tuple[Array, Array], box: Array) -> tuple[Array | None, Array]:
@@ -93,13 +97,13 @@ def one_frame(
     """Return the panels (n, 9, 2) between a rim, four sides of points, and the sides between
     corners (4, 2), and the new rim.
 
-    With width 0 panels are as long as those inside. On a side that is not straight they end where
+    With width 0 panels are as long as those inside. On a side that is no parabola they end where
     those inside end: there would be slits between different parabolas otherwise.
     """
     cells, outer = list[Array](), list[Array]()
     for k, side in enumerate(rim):
         length = float(np.linalg.norm(side[-1] - side[0]))
-        t = np.linalg.norm(side - side[0], axis=1) / length
+        t = (side - side[0]) @ (side[-1] - side[0]) / length**2  # a side may be a lens
         if width > 0.0:
             t = _shares_of(width / length) if straight[k] else _every_other(t, width / length)
             side = side[0] + t[:, None] * (side[-1] - side[0])

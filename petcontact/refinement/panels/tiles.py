@@ -32,16 +32,15 @@ def tiles(charts: Sequence[Chart], zones: Sequence[Zone]) -> list[Chart]:
         sides = _cut(chart, corners[k], [there for x in others for there in _seen(chart, x)])
         if sides is None:
             return []
-        wraps = chart.wraps and len(zones) == 1
-        result.append(replace(chart, low=sides[0], high=sides[1], wraps=wraps))
-    whole, *area = (float(np.prod(each.high - each.low)) for each in (charts[0], *result))
+        result.append(replace(chart.part(sides), wraps=chart.wraps and len(zones) == 1))
+    whole, *area = (float(np.prod(np.ptp(each.sides, axis=0))) for each in (charts[0], *result))
     return result if abs(sum(area) - whole) < SINGLE * whole else []
 
 
 def _cut(chart: Chart, own: Array, others: Sequence[Array]) -> Array | None:
     """Return the low and the high coordinates (2, 2) of a chart that is cut half-way from points to
     others (n, 2), or None where these meet."""
-    box, sides = (own.min(axis=0), own.max(axis=0)), np.array([chart.low, chart.high])
+    box, sides = (own.min(axis=0), own.max(axis=0)), chart.sides.copy()
     for there in others:
         gaps = np.array([box[0] - there.max(axis=0), there.min(axis=0) - box[1]])
         side, axis = np.unravel_index(int(gaps.argmax()), gaps.shape)

@@ -274,7 +274,9 @@ class _Body:
         nodes = mesh.once(
             ("beside", number, side, reach), lambda: nodes_beside(mesh, ends, part, element, reach)
         )
-        touched = self._touched(nodes, along, across)
+        # a contact may be narrower than what lies near
+        own = self._touched(nodes[mesh.element[nodes] == element], along, across)
+        touched = own if (most := self._touched(nodes, along, across)) == FREE else most
         if isinstance(touched, Touching) and not self._reaches(number, touched):
             return FREE
         if touched is not None:

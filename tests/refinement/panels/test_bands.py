@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from curved_bodies import vector_area
 
 from petcontact import Revolved
 from petcontact.geometry.charts import chart_of
@@ -19,6 +20,7 @@ from petcontact.refinement.panels.forecast import (
     Line,
     band_of,
     force_at,
+    forecast_across,
     forecast_of,
     hertz_ellipse,
 )
@@ -368,3 +370,63 @@ def test_the_last_frame_around_a_turned_band_does_not_fold(angle):
     )
     face, _ = outermost(chart, (np.zeros(2), np.array([across, along])), np.array([-1, -3, 1, 3]))
     assert face is not None and face[1, 0] - face[0, 0] > 24.0 * np.cos(0.25 * np.pi)
+
+
+@pytest.mark.parametrize("sides", [((0, 0),), ((1, 1),), ((1, 0), (0, 1))])
+def test_a_chart_goes_on_beyond_planes_of_symmetry(sides):
+    """Images of a part of the side of a roller lie on the same cylinder."""
+    quarter, mirrored = CylinderSurface(np.zeros(3), np.array([0, 0, 2.0]), 5.0), np.zeros((2, 2))
+    chart = chart_of(quarter, "side", np.array([5.0, 0.0, 1.0]))
+    chart = replace(chart, low=np.array([20.0, 0.0]), wraps=False)
+    mirrored[tuple(np.transpose(sides))] = 1
+    whole = chart.unfolded(mirrored > 0)
+    assert whole.copies == 2 ** len(sides)
+    assert np.array_equal(whole.mirrored, mirrored > 0)
+    place = whole.low + np.random.default_rng(3).random((50, 2)) * (whole.high - whole.low)
+    x = whole.at(place)
+    assert whole.local(x) == pytest.approx(place, abs=1e-9)
+    assert np.hypot(x[:, 0], x[:, 1]) == pytest.approx(np.full(50, 5.0))
+    assert whole.normal(place)[:, :2] * 5.0 == pytest.approx(x[:, :2], abs=1e-6)
+    assert len(whole.images(place)) == 50 * whole.copies
+    assert np.all(whole.itself.holds(whole.folded(place), 0.0))
+
+
+def test_frames_on_a_slight_crown_have_as_few_panels_as_on_a_cylinder():
+    """Any parabola along its side lies on it to 1e-6 of its length, so that panels need not end
+    where those at the end of the band do."""
+    counts = []
+    for drop in (0.0, 0.01):
+        arc = {"through": [10.0, 10.0]} if drop else {}
+        sides = [
+            {"part": "low", "to": [10.0 - drop, 0.0]},
+            {"part": "crown", "to": [10.0 - drop, 20.0]} | arc,
+            {"part": "high", "to": [0.0, 20.0]},
+            {"part": "axis", "to": [0.0, 0.0]},
+        ]
+        surface = Revolved(shape="revolved", loops=[sides]).outline()
+        chart = chart_of(surface, "crown", np.array([10.0, 0.0, 10.0]))
+        gap = face_gap(chart, as_given("10 - x + (z - 10)**2/1e4", "gap"), None, None)
+        ridge = ridge_of(gap, chart)
+        forecast = forecast_of(ridge, Line(chart.at(ridge.points)), 2000.0, 1e5)
+        made = banded(round_mesh(surface, 3.0, 1), "crown", (chart, band_of(ridge, forecast), 0))
+        counts.append(len(made.elements_of("crown")))
+        assert np.abs(vector_area(made)).max() < 1e-5 * made.weight.sum()
+    assert counts[1] <= counts[0]
+
+
+@pytest.mark.parametrize("power", [2, 4, 6])
+def test_slices_are_as_wide_as_those_of_gaps_that_are_not_parabolic(power):
+    """A gap A x^2n is closed by q = π E* A n a^2n (2n - 1)!!/(2n)!! (Johnson 1985, 5.3). The parabola
+    through the ridge and the edges makes contact wider, by at most a fifth up to x⁶."""
+    chart, ridge, _ = expected(f"20*x**{power}")
+    found = forecast_across(
+        face_gap(chart, as_given(f"20*x**{power}", "gap"), None, None),
+        ridge,
+        Line(chart.at(ridge.points)),
+        0.1,
+        1000.0,
+    )
+    middle = len(found.s) // 2
+    n, share = power // 2, {2: 1.0 / 2.0, 4: 3.0 / 8.0, 6: 15.0 / 48.0}[power]
+    exact = (found.load[middle] / (np.pi * 1000.0 * 20.0 * n * share)) ** (1.0 / power)
+    assert 0.99 * exact < found.half[middle] < 1.2 * exact
