@@ -83,14 +83,15 @@ def _axes(read: Any) -> dict[int, Array]:
 
 
 def renew(read: Any, keyword: Keyword) -> None:
-    """Take away what earlier steps held or loaded, at the first OP=NEW of a kind in a step."""
+    """Take away what was held or loaded before a step if its first keyword of a kind has OP=NEW:
+    boundarys.f of CalculiX, where conditions of the model are no exception."""
     kind = keyword.name.replace("DSLOAD", "DLOAD")
     first = (len(read.steps), kind) not in read.renewed
-    if keyword.parameters.get("OP", "").upper() != "NEW" or not first or len(read.steps) < 2:
-        return
     read.renewed.add((len(read.steps), kind))
+    if keyword.parameters.get("OP", "").upper() != "NEW" or not first or not read.steps:
+        return
     if kind == "BOUNDARY":
-        read.held[-1] = {name: {} for name in read.held[-1]}
+        read.held[-1] = {name: {} for name in read.held[-1] if len(read.held) > 1}
     elif kind == "TEMPERATURE":
         read.warmed[-1] = {}
     elif kind == "DLOAD":

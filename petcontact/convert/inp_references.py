@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from ..arrays import connected
-from ..given.posed import HOLD
 from ..record import record
 from ..untyped import Keyed
 from .inp_file import Face, InpFile
-from .inp_forces import turning_traction
-from .inp_keywords import Keyword
+from .inp_forces import outward, turning_traction
+from .inp_keywords import Keyword, numbers_in
 
 KINDS = {
     "KINEMATIC": "rigid",
@@ -48,6 +48,9 @@ class Reference:
     node, turning : int
         Node, and the one whose displacements are its rotations, or the same.
     surface : str
+    normal : (3,) tuple or ()
+        Along which the node pulls at the cut of a bolt, where it is given; () for outwards of the
+        surface.
     """
 
     name: str
@@ -55,6 +58,7 @@ class Reference:
     node: int
     turning: int
     surface: str
+    normal: tuple[float, ...] = ()
 
 
 def references_of(read: Any) -> list[Reference]:
@@ -74,11 +78,19 @@ def references_of(read: Any) -> list[Reference]:
             read.covering[surface] = {n for word in nodes for n in file.members(word)}
         rows = [row[listed:] for row in keyword.rows if keyword.name.startswith("KINEMATIC")]
         if node and surface and _follows(rows, file):
-            ends = [file.members(word)[0] for word in (node, given.get("ROT NODE", node))]
-            found.append(Reference(f"node{ends[0]}", kind, ends[0], ends[1], surface))
+            ends = (file.members(node)[0], file.members(given.get("ROT NODE", node))[0])
+            found.append(Reference(f"node{ends[0]}", kind, *ends, surface, _normal(read, keyword)))
         else:
             read.note(keyword, MISSING)
     return found
+
+
+def _normal(read: Any, keyword: Keyword) -> tuple[float, ...]:
+    """Return the normal of the section of a bolt, where it is given."""
+    if keyword.name != "PRE-TENSION SECTION" or not keyword.rows:
+        return ()
+    with numbers_in(read.file.path, keyword):
+        return tuple(float(word or 0.0) for word in keyword.rows[0])
 
 
 def _of_element(file: InpFile, name: str) -> str:
@@ -137,10 +149,39 @@ def obstacle(read: Any, reference: Reference, step: int, kind: str) -> Keyed:
 
 def bolt(read: Any, reference: Reference, step: int) -> Keyed:
     """Return the tension of a bolt at the end of a step, or by how much it is shortened."""
-    held = motions(read, reference, step).get(1)
-    if held == HOLD:
+    held, way = motions(read, reference, step).get(1), _way(read, reference)
+    if isinstance(held, str):
         return {"preload": "locked"}
-    return {"preload": loads(read, reference, step)[0]} if held is None else {"clearance": held}
+    if held is not None:
+        return {"clearance": way * held}
+    force = way * loads(read, reference, step)[0]
+    if force < 0.0:
+        read.notes.append(
+            f"*PRE-TENSION SECTION {reference.surface}: {-force:g} would push the bolt apart, by "
+            "the sign of the force and the way of the normal, and a preload pulls; not taken"
+        )
+    return {"preload": max(force, 0.0)}
+
+
+def _way(read: Any, reference: Reference) -> float:
+    """Return 1 where the normal of a section points out of the elements of its surface, or none is
+    given, and -1 where it points into them."""
+    if not any(reference.normal):
+        return 1.0
+    file, out = read.file, np.zeros(3)
+    for number, k in read.surfaces[reference.surface]:
+        own = np.array([file.nodes[n] for n in file.corners((number, k))])
+        middle = np.mean([file.nodes[n] for n in file.elements[number][1]], axis=0)
+        normal = outward(own[:, : 2 + (len(own) > 2)])
+        out[: len(normal)] += normal * np.sign(normal @ (own.mean(axis=0) - middle)[: len(normal)])
+    share = float(out @ reference.normal / np.linalg.norm(out) / np.linalg.norm(reference.normal))
+    if round(abs(share), 2) < 1.0:
+        read.notes.append(
+            f"*PRE-TENSION SECTION {reference.surface}: its normal is at "
+            f"{math.degrees(math.acos(abs(share))):.0f}° to that of its faces; the bolt is pulled "
+            "along that of its faces"
+        )
+    return math.copysign(1.0, share)
 
 
 def spread(read: Any, kind: str) -> Iterator[str]:

@@ -157,7 +157,7 @@ class Statements:
     rollers : dict of dicts by node set
         Unit vectors by node, along each of which it is held and across which it is free.
     renewed : set of (int, str)
-        Kinds of loads that a step, by its number, has taken away with OP=NEW.
+        Kinds of loads that a step, by its number, has begun to give.
     steps : list of str
         Names of the load steps.
     references : list of Reference

@@ -14,10 +14,10 @@ import functools
 from collections.abc import Callable
 
 import numpy as np
-import scipy
 
 from ..arrays import Array, Index, Mask
 from ..geometry.arcs import end_tangents
+from ..linalg.nearest import Nearest
 from ..mesh.basis import gauss, lagrange, lagrange_coefficients
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -52,7 +52,7 @@ class Joints:
     def __init__(self, mesh: CurveMesh, u: Array, traction: Array) -> None:
         self._mesh = mesh
         _, after = mesh.neighbours()
-        self._after, self._tree = after, scipy.spatial.cKDTree(mesh.end)
+        self._after, self._nearest = after, Nearest(mesh.end)
         # the neighbourhood of a joint is a fifth of its shorter element
         self._reach = 0.2 * np.minimum(mesh.length, mesh.length[after])
         (u_start, u_end), (slope_start, slope_end) = _at_ends(mesh, u)
@@ -73,8 +73,8 @@ class Joints:
 
     def near(self, points: Array) -> list[Neighbourhood]:
         """Return the neighbourhoods that contain some of the points (m, 2)."""
-        distance, joint = self._tree.query(points)
-        ratio = distance / self._reach[joint]
+        joint = self._nearest(points)[:, 0]
+        ratio = np.linalg.norm(points - self._mesh.end[joint], axis=1) / self._reach[joint]
         inside = np.flatnonzero(ratio < 1.0)
         share = np.where(
             ratio <= 0.5, 1.0, 0.5 - 0.5 * np.cos(2.0 * np.pi * np.minimum(ratio, 1.0))

@@ -4,7 +4,6 @@ each."""
 from __future__ import annotations
 
 import cmath
-import copy
 import functools
 import itertools
 import math
@@ -15,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
-from ..record import Keeping, record, replace
+from ..record import Keeping, fields, record, replace
 from ..round_off import ROUNDED
 from .arcs import (
     arc_lengths,
@@ -147,9 +146,14 @@ class Outline(Keeping, Boundary):
     known = graded = True
 
     def of_thickness(self, thickness: float) -> Outline:
-        """Return the outline of a body of so much thickness [length]."""
-        outline = copy.copy(self)  # what was checked need not be checked again
-        object.__setattr__(outline, "depth", thickness)
+        """Return the outline of a body of so much thickness [length], the same one each time."""
+        return self.once(("thickness", thickness), lambda: self._as_thick(thickness))
+
+    def _as_thick(self, thickness: float) -> Outline:
+        # what was checked need not be checked again; what was computed is of another thickness
+        outline = object.__new__(type(self))
+        vars(outline).update({key.name: getattr(self, key.name) for key in fields(self)})
+        vars(outline)["depth"] = thickness
         return outline
 
     def __post_init__(self) -> None:

@@ -18,7 +18,6 @@ from ..given.tables.base import (
     NotNegative,
     Point,
     Positive,
-    SpacePoint,
     Vector,
 )
 from ..given.tables.points import Columns, Rows
@@ -138,8 +137,8 @@ class Obstacle(Model):
         length].
     shape : {"circle", "plane", "sphere", "cylinder", "polygon", "box", "points"}, optional
         With a shape, the gap of unilateral contact is by default the distance to it along the
-        contact's direction. It is infinite where the ray misses. A circle is of the plane and of
-        axial problems, a sphere of axial problems and of space, a cylinder of space.
+        contact's direction. It is infinite where the ray misses. Circles are of the plane and of
+        axial problems, spheres and cylinders of axial problems and of space.
     radius : float, optional
         Of a circle, a sphere or a cylinder [length].
     normal : vector, optional
@@ -189,9 +188,9 @@ class Obstacle(Model):
     point: Annotated[tuple[Finite, ...], Vector] | None = pydantic.Field(default=None, kw_only=True)
     # a word of Python's own
     __annotations__["from"] = Annotated[
-        SpacePoint | None, pydantic.Field(default=None, kw_only=True)
+        Annotated[tuple[Finite, ...], Vector] | None, pydantic.Field(default=None, kw_only=True)
     ]
-    to: SpacePoint | None = pydantic.Field(default=None, kw_only=True)
+    to: Annotated[tuple[Finite, ...], Vector] | None = pydantic.Field(default=None, kw_only=True)
     vertices: tuple[Point, ...] | None = pydantic.Field(default=None, min_length=3, kw_only=True)
     fillet: NotNegative | None = pydantic.Field(default=None, kw_only=True)
     lower: Annotated[tuple[Finite, ...], Vector] | None = pydantic.Field(default=None, kw_only=True)

@@ -275,7 +275,10 @@ class Problem(Bodies):
             if self.symmetry is None:
                 return boundary
             outline = as_outline(boundary, f'symmetry = "{self.symmetry}"')
-            return meridian(outline, twisted=self.twisted) if axial else outline
+            if not axial:
+                return outline
+            turned = functools.partial(meridian, outline, twisted=self.twisted)
+            return outline.once(("meridian", self.twisted), turned)
         except InputError as error:
             raise InputError(f"{in_body(body.name)}{place}{error}") from None
 

@@ -66,7 +66,21 @@ def _ball(tool: Obstacle, axial: bool) -> Shape:
 
 
 def _rod(tool: Obstacle, axial: bool) -> Shape:
-    return Rod(getattr(tool, "from"), needed(tool.to), needed(tool.radius), tool.hollow)
+    start, end, radius = getattr(tool, "from"), needed(tool.to), needed(tool.radius)
+    if {len(start), len(end)} != {2 if axial else 3}:
+        raise InputError(
+            f"from, to: need {2 if axial else 3} components, of cylinders in "
+            f"{'axial problems' if axial else 'space'}, got {start} and {end}"
+        )
+    if not axial:
+        return Rod(start, end, radius, tool.hollow)
+    if start[0] or end[0] or tool.hollow:
+        raise InputError(
+            'in axial problems a cylinder lies on the axis x = 0; a bore is a "box" around the body'
+        )
+    low, high = sorted((start[1], end[1]))
+    corners = np.array([[0.0, low], [radius, low], [radius, high], [0.0, high]])
+    return _rounded(tool, corners, axial)
 
 
 def _half_space(tool: Obstacle, axial: bool) -> Shape:

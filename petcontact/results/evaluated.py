@@ -7,7 +7,6 @@ from collections.abc import Callable, Hashable, Sequence
 from typing import TypeVar
 
 import numpy as np
-import scipy
 
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution, volume_solution
@@ -15,6 +14,7 @@ from ..errors import InputError, in_body
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
 from ..given.posed import Posed
+from ..linalg.nearest import Nearest
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Problem
 from ..record import Keeping, field, record
@@ -133,9 +133,7 @@ class Evaluated(Keeping, Hinted):
             owner, part = self.primaries.get(name, NOWHERE)
             if owner == body:
                 nodes = mesh.nodes_of(part)
-                states[nodes] = (
-                    3 * k + pair.state[scipy.spatial.cKDTree(pair.x).query(mesh.x[nodes])[1]]
-                )
+                states[nodes] = 3 * k + pair.state[Nearest(pair.x)(mesh.x[nodes])[:, 0]]
         return states
 
     @property

@@ -29,6 +29,8 @@ class Accuracy:
         Why it is not known.
     resultants : float
         Estimated error of forces, nan where it is not known [-].
+    pairs : dict of pairs of float
+        By interface, its own `error` and `resultants`, where they are known for each [-].
     shared : float
         Error of forces that all meshes have in common, of given loads and of bending [-].
     with_ends : float
@@ -62,6 +64,7 @@ class Accuracy:
     error: float = math.nan
     unknown: str = ""
     resultants: float = math.nan
+    pairs: dict[str, tuple[float, float]] = field(default_factory=dict)
     shared: float = 0.0
     with_ends: float = math.nan
     tractions: float = math.nan

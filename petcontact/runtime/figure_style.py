@@ -12,12 +12,15 @@ import textwrap
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..arrays import Array, States
 from ..errors import InputError
 from ..untyped import Axes, Figure, Keyed
 from .atomic_write import temporary_name
 from .terminal import printable
+
+if TYPE_CHECKING:
+    from ..arrays import Array, States
 
 FORMATS = ("png", "pdf", "svg")
 SIZE = (7.0, 4.2)

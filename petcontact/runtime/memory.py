@@ -12,10 +12,13 @@ import os
 import re
 import resource
 import sys
+from typing import TYPE_CHECKING
 
-from ..arrays import Array
 from ..errors import SolverError
 from ..untyped import Comm
+
+if TYPE_CHECKING:  # the limit of the address space is asked for before NumPy is loaded
+    from ..arrays import Array
 
 TO_START = 450_000_000
 """Address space that PETSc, SciPy and one buffer of BLAS take before the first matrix [bytes]."""

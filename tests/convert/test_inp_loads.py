@@ -115,6 +115,22 @@ def test_conditions_and_forces_are_renewed_too(tmp_path: Path) -> None:
     assert raised(problem)[-1] == pytest.approx(0.001, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("step", "held"),
+    [
+        ("*BOUNDARY, OP=NEW\nHEAD, 1, 2", ["HEAD"]),
+        ("*BOUNDARY\nHEAD, 1, 2\n*BOUNDARY, OP=NEW\nHEAD, 2, 2", ["FOOT", "HEAD"]),
+    ],
+)
+def test_the_first_step_may_renew_what_the_model_holds(
+    step: str, held: list[str], tmp_path: Path
+) -> None:
+    """Only the first keyword of a kind in a step renews it: boundarys.f of CalculiX."""
+    problem, _ = deck(tmp_path, step)
+    conditions = [each.part for each in problem.body[0].boundary if each.condition != "traction"]
+    assert sorted(conditions) == held
+
+
 def test_a_temperature_warms_the_body(tmp_path: Path) -> None:
     problem, notes = deck(
         tmp_path,

@@ -130,6 +130,32 @@ def test_a_bolt_is_pulled_and_then_locked(kind: str, tmp_path: Path) -> None:
     assert -at_foot(solve(shorter))[0][-1] == pytest.approx(more, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("normal", "force", "pulls", "said"),
+    [
+        ("0., 0., 2.", 7.0, 7.0, ""),
+        ("0., 0., -1.", -7.0, 7.0, ""),
+        ("0., 0., -1.", 7.0, 0.0, "7 would push"),
+        ("", -7.0, 0.0, "7 would push"),
+        ("0., 0.6, 0.8", 7.0, 7.0, "37°"),
+    ],
+)
+def test_the_normal_of_a_section_says_which_way_its_force_acts(
+    normal: str, force: float, pulls: float, said: str, tmp_path: Path
+) -> None:
+    """Outwards of the elements of the surface it is tension: pretensionsections.f of CalculiX."""
+    problem, notes = column(
+        tmp_path,
+        "C3D8",
+        f"{CUT}\n{normal}".strip(),
+        f"*BOUNDARY\nHEAD, 1, 3\n*CLOAD\n900, 1, {force}",
+    )
+    assert [note for note in notes if said not in note] == []
+    assert bool(notes) == bool(said)
+    (pair,) = problem.contact
+    assert pair.preload == pulls
+
+
 def test_a_section_that_cuts_no_body_is_named(tmp_path: Path) -> None:
     _, notes = column(tmp_path, "CPE4", CUT.replace("{face}", "S2"), "*CLOAD\n900, 1, 7.")
     assert any("CUT: cuts no body in two" in note for note in notes)

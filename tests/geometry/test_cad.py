@@ -65,6 +65,32 @@ def test_surfaces_of_an_iges_file_are_sewn(tmp_path):
 
 
 @needs_gmsh
+def test_cells_end_where_other_solids_of_a_file_end(tmp_path):
+    """A pin stands on a block: the circle of its foot, where p is infinite, consists of sides of
+    cells, and the block keeps its area. Beside a hole that is hardly narrower cells are as short as
+    the strip between both asks for."""
+
+    def joint(occ):
+        bored_block(occ)
+        occ.addCylinder(2, 1.5, 2, 0, 0, 1, 0.8)
+
+    surface = cad_part.cad_surface(written(tmp_path / "joint.step", joint), solid=1)
+    facets = surface.facets(1.0)
+    mesh = facet_mesh(facets, 2)
+    top = max(surface.faces, key=lambda face: face.centre[2])
+    middles = mesh.middles[mesh.elements_of(top.part), :3].reshape(-1, 3)
+    away = np.hypot(*(middles[:, :2] - [2.0, 1.5]).T)
+    foot = np.abs(away - 0.8) < 1e-6
+    # each side belongs to a cell inside and to one outside
+    assert np.count_nonzero(foot) >= 2 * np.ceil(2.0 * np.pi * 0.8 / (3.0 * 0.3))
+    inside = mesh.x[mesh.nodes_of(top.part)][:, :2] - [2.0, 1.5]
+    weight = mesh.weight[mesh.nodes_of(top.part)]
+    ring = weight[np.hypot(*inside.T) < 0.8].sum()
+    np.testing.assert_allclose(ring, np.pi * (0.64 - 0.25), rtol=2e-3)
+    np.testing.assert_allclose(weight.sum(), top.area, rtol=2e-3)
+
+
+@needs_gmsh
 def test_the_tip_of_a_cone_is_meshed(tmp_path):
     """Its curvature has no bound."""
     file = written(tmp_path / "cone.step", lambda occ: occ.addCone(0, 0, 0, 0, 0, 10, 5, 0))

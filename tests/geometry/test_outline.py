@@ -185,3 +185,14 @@ def test_sizes_are_those_of_the_polygon(exterior):
         hull = shapely.MultiPoint(points).convex_hull
         assert outline.log_length == pytest.approx(hull.length / 24.0, rel=1e-14), name
         assert outline._is_convex == (name != "notched" and not exterior)
+
+
+def test_an_outline_of_some_thickness_has_nothing_of_another_one():
+    """One shape is one outline, checked once; with a thickness it is another one."""
+    plain = outline(Circle("rim", (0.0, 0.0), 1.0))
+    assert plain is outline(Circle("rim", (0.0, 0.0), 1.0)) and plain.joined.depth == 0.0
+    for thickness in (2.0, 3.0):
+        thick = plain.of_thickness(thickness)
+        assert thick.depth == thick.joined.depth == thickness
+        assert thick is plain.of_thickness(thickness) and thick.sides == plain.sides
+    assert plain.depth == 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -167,6 +168,22 @@ def test_first_panels_of_a_body_that_bends_have_order_two(length, height, held, 
     assert set(mesh.order) == {order}
 
 
+def test_a_thin_ring_has_a_band_within_the_budget():
+    """Its panels are then larger next to its thickness: with a band on panels as small as before it
+    cost more than the budget, and halved panels were at an error of 0.61 after 90 s."""
+    corners = {"out": [10.4, 3.0], "back": [9.6, 3.0], "in": [9.6, 0.0], "front": [10.4, 0.0]}
+    loop = [{"part": part, "to": place} for part, place in corners.items()]
+    shape = {"shape": "revolved", "loops": [loop], "angle": 180.0, "axis": [0, 1, 0]}
+    ends = [{"part": part, "condition": "symmetry"} for part in ("start", "end")]
+    ring = solid("ring", shape, *ends)
+    plate = {"name": "plate", "displacement": [0, 0, "free"], "force": [0, 0, 8.5e-5]}
+    contact = touching("t", "ring.out", "plate", gap="z + 10.4", direction=[0, 0, -1.0])
+    posed = problem(body=[ring], obstacle=[plate], contact=[contact]).posed
+    strategy = PanelTails(posed, Wanted(0.1, asked=False))
+    made = strategy.meshes(PanelMarks(), 0)
+    assert made.marks.bands.lines and sum(mesh.n_nodes for mesh in made.of_bodies) < 4000
+
+
 def test_numbers_gain_from_band_to_band_what_bands_gain(monkeypatch):
     """The estimate of a band's change is not compared with one by tails, which tell a multiple."""
     coarse, fine = (
@@ -224,3 +241,26 @@ def test_a_large_error_is_told_with_the_contact_and_the_place():
     (found,) = (each for each in solution.findings if each.kind == "accuracy")
     place = re.search(r"most of all in contact 'c' at \((.*), (.*), 1\)", found.text)
     assert place and abs(float(place[1]) - 0.5) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("forces", "resultants"),
+    [((1000.0, 1.0), (0.01, 0.81)), ((5.0, 5.0), (0.81, 0.81)), ((1000.0, 100.0), (0.081, 0.81))],
+)
+def test_what_is_wrong_with_one_contact_moves_others_by_no_more_than_its_force(forces, resultants):
+    """Errors of p of 10 and 90 %: in series the second one is that of both forces; a light contact
+    does not put all that a heavy one says in doubt, and p there is known as well as before."""
+    pairs = {
+        name: SimpleNamespace(weight=np.ones(1), pressure=np.array([force]))
+        for name, force in zip("ab", forces, strict=True)
+    }
+    step = SimpleNamespace(pairs=pairs, step="press", residuals={})
+    errors = object.__new__(TailErrors)
+    errors.solution = SimpleNamespace(steps=[step], kind="contact")
+    errors._sides = [SimpleNamespace(name=name) for name in pairs]
+    kept = {"shared": 0.0, "of_bodies": 0.0}
+    errors.__dict__ |= {"_of_pairs": np.array([[0.1, 0.0, 0.0], [0.9, 0.0, 0.0]])} | kept
+    by_pair = errors.by_pair()
+    np.testing.assert_allclose([by_pair[name][1] for name in "ab"], resultants)
+    np.testing.assert_allclose([by_pair[name][0] for name in "ab"], [max(0.1, resultants[0]), 0.9])
+    np.testing.assert_allclose(errors.error(), (0.9, 0.81))

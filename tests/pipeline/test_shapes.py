@@ -21,6 +21,7 @@ from petcontact.pipeline.judge.remainders import gap_remainders
 
 R, DEPTH = 2.0, 0.01
 AXIAL = 'symmetry = "axial"\n'
+ROD = 'shape = "cylinder"\nradius = 1.0\n'
 BALL = f"centre = {{}}\nradius = {R}"
 ROUND = f"{R - DEPTH} - sqrt({R**2} - x**2{{}})"
 """The gap below a circle, a sphere or a cylinder whose lowest point lies DEPTH below the top."""
@@ -327,11 +328,24 @@ def test_a_shape_that_is_none_is_refused(given, told):
         ("", 'shape = "sphere"\nradius = 1.0', "has the shape 'sphere' in 3 dimensions; the body"),
         (AXIAL, 'shape = "sphere"\ncentre = [1.0, 1.0]\nradius = 1.0', "must lie on the axis"),
         (AXIAL, 'shape = "plane"\nnormal = [1.0, -1.0]', "must be along the axis"),
+        (AXIAL, f"{ROD}from = [1.0, 0.0]\nto = [1.0, 2.0]", "lies on the axis x = 0"),
+        (AXIAL, f"{ROD}from = [0.0, 0.0, 0.0]\nto = [0.0, 0.0, 2.0]", "2 components, of cyl"),
+        ("", f"{ROD}from = [0.0, 0.0]\nto = [0.0, 2.0]", "3 components, of cylinders in space"),
     ],
 )
 def test_a_shape_of_other_problems_is_refused(head, given, told):
     with pytest.raises(InputError, match=told):
         solve(posed(pressed(2, head, given)))
+
+
+def test_a_cylinder_on_the_axis_of_revolution_is_a_shaft():
+    """In either direction; a ray along the radius and one along the axis meet it."""
+    for ends in ((-1.0, 2.0), (2.0, -1.0)):
+        first, last = ((0.0, z) for z in ends)
+        tool = Obstacle("shaft", shape="cylinder", from_=first, to=last, radius=0.5)
+        shaft = Distance("gap", aimed(tool, None, axial=True))
+        x, ray = np.array([[0.75, 0.0], [0.25, 3.0]]), np.array([[-1.0, 0.0], [0.0, -1.0]])
+        assert np.allclose(shaft.at(Sites(x, ray)), [0.25, 1.0])
 
 
 def test_python_has_the_same_keys():

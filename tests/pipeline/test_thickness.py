@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 from problems import posed
 
-from petcontact import read_result, solve
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    Problem,
+    Rectangle,
+    Symmetry,
+    Traction,
+    read_result,
+    solve,
+)
 from petcontact.errors import InputError
 
 FORCE, THICK = 0.5, 10.0
@@ -95,3 +105,25 @@ boundary = [{ part = "top", condition = "displacement", value = [0, 0] },
 """.replace(",\n            ", ", ")
     with pytest.raises(InputError, match=r"material.thickness: a body of revolution has none"):
         posed(text)
+
+
+def test_a_body_is_as_thick_as_asked_whatever_was_solved_before():
+    """Adaptive meshes join sides of the outline, which two problems share."""
+    forces = [
+        solve(
+            Problem(
+                material=Material(1000.0, 0.3, thickness=thickness),
+                geometry=Rectangle((0.0, 0.0), (2.0, 1.0)),
+                boundary=[
+                    Contact("bottom", normal="unilateral"),
+                    Displacement("top", ("free", -0.01)),
+                    Symmetry("left"),
+                    Traction("right", (0.0, 0.0)),
+                ],
+            )
+        )
+        .last.pairs["bottom"]
+        .force[1]
+        for thickness in (None, THICK)
+    ]
+    assert forces[1] == pytest.approx(THICK * forces[0], rel=1e-9)

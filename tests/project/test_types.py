@@ -42,6 +42,16 @@ def test_nothing_heavy_is_imported_before_it_is_used():
     assert "petcontact" in loaded and not heavy & loaded
 
 
+def test_words_are_read_without_numpy():
+    """Help and mistakes in words are answered at once, and a limit of the address space is told
+    before a library meets it."""
+    words = "from petcontact.commands.main import main, split_arguments as split"
+    loaded = run(
+        f"import sys\n{words}\nsplit(['solve', 'a.toml', '-ksp_view'])\nprint(*sys.modules)"
+    )
+    assert "petcontact.runtime.memory" in loaded and not {"numpy", "petsc4py"} & loaded
+
+
 def test_a_plane_solve_without_figures_imports_nothing_for_other_work(tmp_path):
     words = ["solve", str(ROOT / "configs/example1.toml"), "--no-figures"]
     words += ["-o", str(tmp_path / "result.h5")]

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from ... import native
 from ...arrays import Array, Index, Mask
-from ...record import record
+from ...record import record, replace
 from .construction import FULL
 
 Single = NDArray[np.float32]
@@ -165,8 +165,11 @@ class LocalSolves:
     def nbytes(self) -> int:
         """Memory of inverses, factors and exact entries [bytes]."""
         kept = sum(values.nbytes for blocks in self._kept.values() for values, _ in blocks)
+        # own rows are the inverse until a change corrects it
         whole = sum(
-            factored.lu.nbytes + factored.own.nbytes for factored in self._factored.values()
+            factored.lu.nbytes + factored.own.nbytes * (factored.own.base is not inverse)
+            for number, factored in self._factored.items()
+            for inverse in [self._inverse[number]]
         )
         return kept + whole + sum(inverse.nbytes for inverse in self._inverse)
 
@@ -205,9 +208,10 @@ class LocalSolves:
                 self._put(number, before.rows(columns, _combined(change, entries)))
                 return True
         factored = Factored.from_columns(_combined(local, entries), patch.own, local)
-        if self._inverse[number].size:
-            self._factored[number] = factored
+        again = bool(self._inverse[number].size)
         self._put(number, factored.own)
+        if again:
+            self._factored[number] = replace(factored, own=self._inverse[number][:, :n])
         return False
 
     def _entries(self, number: int) -> list[tuple[Single, Index]]:

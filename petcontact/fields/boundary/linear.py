@@ -12,9 +12,9 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Mask
+from ...linalg.nearest import Nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...round_off import HALF, SUMMED
@@ -46,8 +46,7 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
     counts = np.diff(mesh.first_node)[elements]
     middle, normal = mesh.at(elements, middles(mesh)[1][elements])
     # five nodes for each coefficient, in addition to those of the element
-    count = min(5 * (d + 1), mesh.n_nodes)
-    near = scipy.spatial.cKDTree(mesh.x).query(middle, k=count)[1].reshape(len(elements), -1)
+    near = Nearest(mesh.x)(middle, 5 * (d + 1))
     own = np.arange(int(counts.max(initial=0)))
     nodes = np.hstack(
         [mesh.first_node[elements][:, None] + np.minimum(own, counts[:, None] - 1), near]

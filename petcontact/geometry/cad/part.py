@@ -155,8 +155,12 @@ class CadSurface(SolidSurface):
             [surfaces[k] for k in part.tolist()], points
         )
 
-    def write_msh(self, target: str | Path, size: float | None = None, order: int = 2) -> None:
+    def write_msh(
+        self, target: str | Path, size: float | None = None, order: int = 2, *, imprint: bool = True
+    ) -> None:
         """Write the mesh as a Gmsh file, format 4.1, with a physical surface for each part.
+
+        With `imprint`, cells end where faces of other solids of the file that lie on it end.
 
         Raises
         ------
@@ -173,7 +177,8 @@ class CadSurface(SolidSurface):
                 f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about "
                 f"{cells:.2g}, {MOST_CELLS:.0e} at most are made; a size of {enough:.2g} will do"
             )
-        ask(self.file, target=str(target), parts=self._numbers, size=size, order=order)
+        request: Keyed = {"parts": self._numbers, "size": size, "order": order}
+        ask(self.file, target=str(target), imprint=imprint, **request)
         with open(target, "rb") as file:
             file.seek(max(0, os.path.getsize(target) - len(END)))
             if file.read() != END:
@@ -200,10 +205,15 @@ class CadSurface(SolidSurface):
 def _facets(surface: CadSurface, size: float) -> FacetSurface:
     import tempfile
 
-    with tempfile.TemporaryDirectory(prefix="petcontact-") as folder:
-        target = Path(folder) / "part.msh"
-        surface.write_msh(target, size)
-        return gmsh_surface(read_msh(str(target)), f"{surface.file}: {surface.solid}")
+    def made(*, imprint: bool) -> FacetSurface:
+        with tempfile.TemporaryDirectory(prefix="petcontact-") as folder:
+            target = Path(folder) / "part.msh"
+            surface.write_msh(target, size, imprint=imprint)
+            return gmsh_surface(read_msh(str(target)), f"{surface.file}: {surface.solid}")
+
+    with contextlib.suppress(InputError):
+        return made(imprint=True)
+    return made(imprint=False)
 
 
 def cad_surface(

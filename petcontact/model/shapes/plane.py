@@ -286,8 +286,14 @@ class SideBySide(Shape):
         InputError
             If an arc does not exist, a side has no length, or sides cross or touch.
         """
-        loops = oriented(loops_of(self.loops, axial), exterior=self.exterior)
-        return Outline(loops, self.exterior)
+        return _side_by_side(self.loops, self.exterior, axial)
+
+
+@functools.lru_cache(maxsize=16)
+def _side_by_side(
+    loops: tuple[tuple[OutlineSide, ...] | Circle, ...], exterior: bool, axial: bool
+) -> Outline:
+    return Outline(oriented(loops_of(loops, axial), exterior=exterior), exterior)
 
 
 def loops_of(given: Sequence[Sequence[OutlineSide] | Circle], axial: bool) -> list[list[Side]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +24,7 @@ from ...results.solution import Solution
 from ...round_off import WRITTEN
 from ..judge.first_panels import bent_sides
 from .budget import beyond_budget
-from .first_mesh import FirstMeshes, slender
+from .first_mesh import MULTIPLES, FirstMeshes, multiple_of, slender
 from .strategy import Wanted
 
 
@@ -67,21 +67,37 @@ class PanelCuts:
         """Return meshes whose panels off the contact fit those in it, and why they exceed the
         budget, or "".
 
-        Each of the `faces` that bands follow has the budget of a pair.
+        Each of the `faces` that bands follow has the budget of a pair. Thin bodies have larger
+        panels where the budget asks for it.
         """
-        count = 0
-        while count < (count := sum(mesh.n_elements for mesh in meshes)):
-            nothing = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-            meshes = self.cut(meshes, nothing, seen)[0]
-        return meshes, self.too_much(meshes, seen, faces)
+        thin = self._thin(seen)
+        for most in [m for m in MULTIPLES if m >= min(thin.values(), default=MULTIPLES[-1])]:
+            thin, made, count = {b: max(m, most) for b, m in thin.items()}, meshes, 0
+            while count < (count := sum(mesh.n_elements for mesh in made)):
+                nothing = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in made]
+                made = self.cut(made, nothing, seen, thin)[0]
+            if not (refused := self.too_much(made, seen, faces)):
+                break
+        return made, refused
+
+    def _thin(self, seen: Seen) -> dict[int, float]:
+        """The entries of `MULTIPLES` that thin bodies have on the last meshes, or on the first."""
+        if seen.last is None:
+            return self._first.thin
+        last = [as_surface(mesh) for mesh in seen.last.meshes.values()]
+        return {b: max(m, multiple_of(last[b])) for b, m in self._first.thin.items()}
 
     def cut(
-        self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask], seen: Seen
+        self,
+        meshes: Sequence[SurfaceMesh],
+        marked: Sequence[Mask],
+        seen: Seen,
+        thin: Mapping[int, float] | None = None,
     ) -> tuple[list[SurfaceMesh], list[Index]]:
         """Return meshes cut along marked coordinates, and the number of each panel's parent.
 
-        Panels that face cut panels, and panels that are too large next to the contact, are cut,
-        too.
+        Panels that face cut panels, and panels that are too large next to the contact or the
+        thickness (`thin`), are cut, too.
         """
         marked = [
             mask | too_large(mesh, contact)
@@ -89,8 +105,8 @@ class PanelCuts:
                 self._with_opposite(meshes, marked), meshes, self.touching(meshes), strict=True
             )
         ]
-        for thin, multiple in self._first.thin.items():
-            marked[thin] |= slender(meshes[thin], multiple)
+        for b, multiple in (self._thin(seen) if thin is None else thin).items():
+            marked[b] |= slender(meshes[b], multiple)
         finer = [
             cut(mesh, mask, surface)
             for mesh, mask, surface in zip(meshes, marked, self._posed.boundaries, strict=True)
@@ -100,7 +116,7 @@ class PanelCuts:
             return finer, parent
         more = bent_sides(self._posed, seen.last, finer, self._wanted.accuracy)
         if any(mask.any() for mask in more) and not self.too_much(finer, seen):
-            finer, number = self.cut(finer, more, seen)
+            finer, number = self.cut(finer, more, seen, thin)
             parent = [old[new] for old, new in zip(parent, number, strict=True)]
         return finer, parent
 

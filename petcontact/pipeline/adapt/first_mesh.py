@@ -191,6 +191,11 @@ def thick_enough(
     return mesh, multiple
 
 
+def multiple_of(mesh: SurfaceMesh) -> float:
+    """Return the least entry of `MULTIPLES` that no large part of a mesh exceeds, or the last."""
+    return next((m for m in MULTIPLES if not slender(mesh, m).any()), MULTIPLES[-1])
+
+
 def bends(mesh: SurfaceMesh, body: Body) -> bool:
     """Return whether most of a body's surface has another side within the size of a panel, both
     not held.
@@ -203,14 +208,18 @@ def bends(mesh: SurfaceMesh, body: Body) -> bool:
 
 
 def slender(mesh: SurfaceMesh, multiple: float) -> Mask:
-    """Return which panels are too large next to the thickness behind them, (n_elements, 2).
+    """Return along which coordinates panels are too long next to the thickness behind them,
+    (n_elements, 2).
 
-    Both columns are equal. None is marked where these panels are a small share of the body's
-    surface.
+    These are panels whose areas are too large. None is marked where they are a small share of the
+    body's surface.
     """
-    over = slenderness(mesh) > multiple * stiff_size(mesh.order)
-    area = np.bincount(mesh.element, mesh.weight)
-    return np.repeat(over & bool(area[over].sum() > SHARE * area.sum()), 2).reshape(-1, 2)
+    over = (ratio := slenderness(mesh) / (multiple * stiff_size(mesh.order))) > 1.0
+    area, length = np.bincount(mesh.element, mesh.weight), np.linalg.norm(sides(mesh), axis=2)
+    if not area[over].sum() > SHARE * area.sum():
+        return np.zeros((mesh.n_elements, 2), dtype=bool)
+    most = np.minimum(np.sqrt(area) / np.maximum(ratio, 1.0), length.max(axis=1))
+    return np.asarray(over[:, None] & (length >= most[:, None]))
 
 
 def fine_enough(

@@ -93,6 +93,8 @@ def with_estimate(
         errors = TailErrors(solution)
         error, of_resultants = errors.error()
         told = Accuracy(error=error, resultants=of_resultants, shared=errors.shared)
+        if solution.kind != "bilateral":
+            told = replace(told, pairs=errors.by_pair())
         return _estimated(solution, told, errors.where)
     reason = reason or _costly(solution)
     if not reason:

@@ -184,26 +184,51 @@ class TailErrors(Keeping):
 
         `apart` is another estimate of the error of p and q; the smaller one counts.
         """
-        solution, ends = self.solution, step_ends(self.solution.steps)
-        worst, even, unseen = np.max(
-            [(0.0, 0.0, 0.0)]
-            + [self._of_pressure(step, n) for step in ends for n in range(len(self._sides))],
-            axis=0,
-        ).tolist()
-        if solution.kind != "bilateral":
-            worst = min(worst, apart)
-            # an overlap between nodes in contact means that p and the forces are too small
-            lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
-            lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
-            of_resultants = worst**2 + even + self.shared + unseen
-            return min(max(math.hypot(worst, self.of_bodies), lacks), 1.0), min(
-                max(of_resultants, lacks), 1.0
-            )
-        if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
+        if self.solution.kind != "bilateral":
+            both = np.max([(0.0, 0.0), *self.by_pair(apart).values()], axis=0)
+            return float(both[0]), float(both[1])
+        worst = float(self._of_pairs[:, 0].max(initial=0.0))
+        if all(_sticks(pair) for step in self.solution.steps for pair in step.pairs.values()):
             return 0.0, worst**2 + self._unbalanced
         own, beside = self.slip_errors()
         error = min(math.hypot(own, beside), 1.0)
         return error, worst * error + self._unbalanced
+
+    def by_pair(self, apart: float = math.inf) -> dict[str, tuple[float, float]]:
+        """Return both errors of each interface (`error`), where p is unknown.
+
+        What is wrong with the force of one contact moves that of another one by no more than it is
+        itself, and by no larger share. The other p changes by as much.
+        """
+        worst, even, unseen = self._of_pairs.T
+        worst = np.minimum(worst, apart)
+        moved = (self._forces_moved * (worst**2 + even + unseen)).max(axis=1, initial=0.0)
+        # an overlap between nodes in contact means that p and the forces are too small
+        ends = step_ends(self.solution.steps)
+        lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
+        lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
+        of_p = np.maximum(worst, np.minimum(moved, worst.max(initial=0.0)))
+        errors = np.array([np.hypot(of_p, self.of_bodies), moved + self.shared])
+        each = zip(self._sides, np.clip(errors, lacks, 1.0).T.tolist(), strict=True)
+        return {side.name: (own, of_resultants) for side, (own, of_resultants) in each}
+
+    @functools.cached_property
+    def _forces_moved(self) -> Array:
+        """The largest share of each interface's force that is moved by all of another one's force,
+        at most 1, (n_interfaces, n_interfaces)."""
+        result = np.zeros((len(self._sides), len(self._sides)))
+        for step in step_ends(self.solution.steps):
+            pairs = (step.pairs[side.name] for side in self._sides)
+            own = np.array([[max(float(pair.weight @ pair.pressure), TINY)] for pair in pairs])
+            result = np.maximum(result, np.minimum(own, own.T) / own)
+        return result
+
+    @functools.cached_property
+    def _of_pairs(self) -> Array:
+        """The largest errors of `_of_pressure` of each interface, (n_interfaces, 3)."""
+        ends, numbers = step_ends(self.solution.steps), range(len(self._sides))
+        errors = [[self._of_pressure(step, n) for n in numbers] for step in ends]
+        return np.asarray(np.reshape(errors, (-1, len(numbers), 3)).max(axis=0, initial=0.0))
 
     @functools.cached_property
     def _unbalanced(self) -> float:

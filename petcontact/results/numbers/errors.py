@@ -202,18 +202,19 @@ def _by_tails(solution: Evaluated, number: Number) -> Number:
     if not np.isnan(number.error):
         return number
     accuracy = solution.accuracy
+    whole, of_resultants = accuracy.pairs.get(number.of, (accuracy.error, accuracy.resultants))
     pairs = end_of(solution, number).pairs
     pair = pairs.get(number.of)
     size = number.size
     if number.is_resultant or number.unit == "rad" or number.name == "moved":
-        error = accuracy.resultants * _acting(pairs, number)
+        error = of_resultants * _acting(pairs, number)
     elif number.name == "largest p" and pair is not None and pair.pressure_error is not None:
         mesh = solution.meshes[solution.sides[number.of][0]]
         element = mesh.element[solution.nodes[number.of]]
         error = error_of_maximum(pair.pressure, pair.pressure_error, element)
-        error = max(error, accuracy.error * size) + _shared(solution, number)
+        error = max(error, whole * size) + _shared(solution, number)
     else:
-        share = accuracy.error ** _power(solution, number)
+        share = whole ** _power(solution, number)
         error = number.alone - of_increments(number) + share * size + _shared(solution, number)
         error += float(unseen(solution, number, [""])[0]) if stress_name(number) else 0.0
     return number.known_to(error)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -87,14 +87,27 @@ def _beside(at: Sequence[Told], name: str) -> list[Number]:
     arcs, or at tops up to twice as far away."""
     key, known = QUANTITIES[name], (each for each in at if each[2].fields_known)
     tried, found = list(itertools.islice(known, TRIED)), list[Number]()
-    for some in {own for _, _, own in tried}:
-        some.look_around([(place, 0.0, place.angle) for _, place, own in tried if own is some])
-    most = [max(ring, some.largest_on_arc(key, place)[0]) for ring, place, some in tried]
+    _look_around((some, place, 0.0, place.angle) for _, place, some in tried)
+    arcs = [some.largest_on_arc(key, place) for _, place, some in tried]
+    most = [max(each[0], arc[0]) for each, arc in zip(tried, arcs, strict=True)]
+    least = max((arc[0] for arc in arcs), default=0.0)
+    _look_around(
+        (some, place, *arc[2:])
+        for (_, place, some), arc, value in zip(tried, arcs, most, strict=True)
+        if value >= least
+    )
     for k in largest_first(np.array(most)).tolist():
         if not found or most[k] > found[0].size:
             own = tried[k][2].beside(f"{name} stress", key, tried[k][1])
             found = [max(*found, own, key=lambda each: to_single(each.size))] if found else [own]
     return found
+
+
+def _look_around(arcs: Iterable[tuple[Samples, Place, float, float]]) -> None:
+    """Find the stress on arcs about places of some samples, those of one body all at once."""
+    arcs = list(arcs)
+    for some in dict.fromkeys(arc[0] for arc in arcs):
+        some.look_around([arc[1:] for arc in arcs if arc[0] is some])
 
 
 def _without_bound(name: str, endless: Sequence[Told]) -> list[Number]:

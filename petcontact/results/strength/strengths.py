@@ -7,10 +7,10 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Mask
 from ...fields.stress_state import StressState
+from ...linalg.nearest import Nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record, replace
 from ...refinement.corner_exponents import NEAR
@@ -34,7 +34,7 @@ bound, and how many of the nearest are no larger: the two on either side along a
 RING = 2.0
 """Outer edge of the ring about a place, over the distance at which stress is told: what falls from
 the place has waves up to there, which are no maxima."""
-TOGETHER = 64
+TOGETHER = 8
 """Points whose nearest are looked for at once: most often the first of all is a top."""
 CRACK = math.sqrt(2.0 * math.pi)
 """Stress intensity factor of a crack over the K of its mode: σ = K_I/√(2πr)."""
@@ -217,14 +217,14 @@ def tops(
     rows, least = np.flatnonzero(usable), values if least is None else least
     if not len(rows):
         return
-    tree = scipy.spatial.cKDTree(x)
+    nearest = Nearest(x)
     reach = np.minimum(reach, float(np.ptp(x, axis=0).max()))
     rows = rows[largest_first(values[rows])]
     for first in range(0, len(rows), TOGETHER):
         some = rows[first : first + TOGETHER]
-        around = tree.query(x[some], min(AROUND, len(x)))[1].reshape(len(some), -1)
+        around = nearest(x[some], AROUND)
         for k in some[least[around].max(axis=1) <= values[some]].tolist():
-            if least[tree.query_ball_point(x[k], reach[k])].max() <= values[k]:
+            if least[np.linalg.norm(x - x[k], axis=1) <= reach[k]].max() <= values[k]:
                 yield k
 
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Complex, Index
 from ...contact.friction_law import lengths
@@ -14,6 +13,7 @@ from ...contact.law_protocol import OPEN, SLIP
 from ...geometry.rotation import lifted
 from ...given.interface_data import Law
 from ...given.tables.material import Material
+from ...linalg.nearest import Nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
 from ...refinement.corner_exponents import CLAMPED, FREE, NEAR, SideKind, Slip, known_on, wedge
@@ -166,7 +166,7 @@ def nodes_beside(mesh: BoundaryMesh, ends: Array, part: str, element: int, reach
 def facing_nodes(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple[Index, Index]:
     """The nodes of a primary, at points (n, d), that face the secondary, whose nodes have elements
     of half lengths (m,), and the node of that each; what reaches beyond faces nothing."""
-    rows = scipy.spatial.cKDTree(pair.x).query(x)[1]
+    rows = Nearest(pair.x)(x)[:, 0]
     away, normal = x - pair.x[rows], pair.normal[rows]
     away -= np.sum(away * normal, axis=1)[:, None] * normal
     faces = np.linalg.norm(away, axis=1) < (1.0 + SINGLE) * size[rows]
@@ -184,9 +184,8 @@ def pressed_at(points: Array, centre: Array, radius: Array) -> list[tuple[Array,
     centre, radius : (n, d) and (n,) arrays
         Of spheres around the elements [length].
     """
-    tree = scipy.spatial.cKDTree(points)
-    nearest = points[tree.query(centre)[1]]
-    near = points[tree.query(nearest, range(1, min(LINE, len(points)) + 1))[1]]
+    nearest = Nearest(points)
+    near = points[nearest(points[nearest(centre)[:, 0]], LINE)]
     middle = near.mean(axis=1)
     _, size, ways = np.linalg.svd(near - middle[:, None], full_matrices=False)
     way = ways[:, 0] * (size[:, :1] > 0.0)
