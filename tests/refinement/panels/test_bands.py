@@ -414,6 +414,14 @@ def test_frames_on_a_slight_crown_have_as_few_panels_as_on_a_cylinder():
     assert counts[1] <= counts[0]
 
 
+def test_a_gap_that_jumps_across_its_ridge_keeps_the_forecast_of_its_curvature():
+    """No parabola through its edges leads to a contact with these edges."""
+    chart, ridge, forecast = expected("where(abs(x) <= 0.004, x**2, 0.1)")
+    gap = face_gap(chart, as_given("where(abs(x) <= 0.004, x**2, 0.1)", "gap"), None, None)
+    found = forecast_across(gap, ridge, Line(chart.at(ridge.points)), 0.1, 1000.0)
+    assert found.half == pytest.approx(forecast.half)
+
+
 @pytest.mark.parametrize("power", [2, 4, 6])
 def test_slices_are_as_wide_as_those_of_gaps_that_are_not_parabolic(power):
     """A gap A x^2n is closed by q = π E* A n a^2n (2n - 1)!!/(2n)!! (Johnson 1985, 5.3). The parabola
