@@ -39,7 +39,7 @@ class Nearest:
         if len(self._points) * len(places) > MOST_APART:
             return np.asarray(self._tree.query(places, range(1, count + 1))[1])
         axes = zip(places.T, self._points.T, strict=True)
-        apart = np.sum([np.subtract.outer(*axis) ** 2 for axis in axes], axis=0)
+        apart: Array = sum(np.subtract.outer(*axis) ** 2 for axis in axes)
         if count == 1:
             return np.asarray(apart.argmin(axis=1)[:, None])
         some = np.sort(np.argpartition(apart, count - 1, axis=1)[:, :count], axis=1)

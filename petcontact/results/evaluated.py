@@ -133,7 +133,8 @@ class Evaluated(Keeping, Hinted):
             owner, part = self.primaries.get(name, NOWHERE)
             if owner == body:
                 nodes = mesh.nodes_of(part)
-                states[nodes] = 3 * k + pair.state[Nearest(pair.x)(mesh.x[nodes])[:, 0]]
+                nearest = functools.partial(Nearest(pair.x), mesh.x[nodes])
+                states[nodes] = 3 * k + pair.state[self.once(("nearest", name), nearest)[:, 0]]
         return states
 
     @property
