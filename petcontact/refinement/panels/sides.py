@@ -7,9 +7,9 @@ contact lies between these nodes, and no tail shows where.
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Index, Mask
+from ...linalg.nearest import Nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...round_off import SINGLE, TINY
 
@@ -35,8 +35,7 @@ class Sides:
         # in the plane a side is a point, on a ring a circle
         length = np.linalg.norm(self._along, axis=1)
         self._length = np.where(length > 0.0, length, mesh.around(self._middle))
-        count = min(len(nodes), 1 + int(np.bincount(self._row).max()))
-        near = scipy.spatial.cKDTree(self._x).query(self._middle, k=range(1, count + 1))[1]
+        near = Nearest(self._x)(self._middle, 1 + int(np.bincount(self._row).max()))
         other = np.argmax(self._row[near] != self._element[:, None], axis=1)
         self._next = near[np.arange(len(near)), other]
 

@@ -13,10 +13,9 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Index, Mask
-from ...linalg.nearest import within
+from ...linalg.nearest import Nearest, within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import SMOOTH
 from ...round_off import TINY
@@ -179,8 +178,7 @@ def _slopes(mesh: BoundaryMesh, nodes: Index, asked: Index) -> tuple[Index, Arra
     if not len(asked):
         return np.empty((0, 0), dtype=np.int64), np.empty((0, 0, 0))
     x, normal = mesh.x[nodes], mesh.normal[nodes]
-    count = range(1, min(4 * mesh.dim - 5, len(x)) + 1)
-    near = scipy.spatial.cKDTree(x).query(x[asked], k=count)[1]
+    near = Nearest(x)(x[asked], 4 * mesh.dim - 5)
     smooth = (np.einsum("qkd,qd->qk", normal[near], normal[asked]) > SMOOTH)[..., None]
     along = (
         np.einsum("qkd,qtd->qkt", x[near] - x[asked, None], mesh.tangents(nodes[asked])) * smooth

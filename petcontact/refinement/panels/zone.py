@@ -99,8 +99,6 @@ class ContactBand:
         Whether contact ends there with the face; elsewhere p is a root.
     mirrored : (bool, bool)
         Whether contact goes on there: beyond a plane of symmetry, or round the face.
-    halved : bool
-        Whether the ridge lies in a plane of symmetry, with the other half of the contact beyond.
     """
 
     points: Array
@@ -111,7 +109,6 @@ class ContactBand:
     ends: tuple[float, float]
     sharp: tuple[bool, bool]
     mirrored: tuple[bool, bool] = (False, False)
-    halved: bool = False
 
     @property
     def infinite(self) -> tuple[bool, bool]:
