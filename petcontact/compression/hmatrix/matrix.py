@@ -4,12 +4,12 @@ bytes as the tolerance allows."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from ... import native
 from ...arrays import Array, Index
+from ..workers import Workers
 from .block_tree import Blocks, Clusters
 from .construction import FULL, Chunk, Layout, build_blocks
 from .entries import Entries, block
@@ -62,6 +62,7 @@ class HMatrix:
         if not TIGHTEST <= tolerance < 1.0:
             raise ValueError(f"tolerance must be {TIGHTEST:g} or more, and less than 1")
         self.tolerance, self.rows, self.entries, self.threads = tolerance, rows, entries, threads
+        self._workers = Workers(threads)
         d, beside = entries.components, np.asarray(entries.beside)
         self.shape = d * (rows[1] - rows[0]), d * (len(beside) - 1) + int(beside[-1])
         self._layout = Layout(number_type(tolerance))
@@ -113,11 +114,7 @@ class HMatrix:
             for chunk in shares[thread].tolist():
                 self._multiply(chunk, filled, sums[thread])
 
-        if self.threads == 1:
-            work(0)
-        else:
-            with ThreadPoolExecutor(self.threads) as pool:
-                list(pool.map(work, range(self.threads)))
+        self._workers.share(work)
         return np.asarray(sums.sum(axis=0) if self.threads > 1 else sums[0])[: self.shape[0]]
 
     __matmul__ = mult

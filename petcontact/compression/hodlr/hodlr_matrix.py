@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, Index, even_bounds
 from ...record import record
 from ...untyped import Comm
+from ..workers import Workers
 from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
 from .translations import Stretch, Translations
 from .tree_levels import Stack, build_part, build_top
-from .workers import Workers
 
 PROBED = 20_000
 """Number of nodes whose columns of some exact rows are in memory at once."""

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import Array, Index
+from ..workers import Workers
 from .elimination import FactorStack
 from .tree_levels import Stack
-from .workers import Workers
 
 CHUNK = 64  # right-hand sides that go through the tree together
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar, cast
 
-from ...untyped import Comm
+from ..untyped import Comm
 
 T = TypeVar("T")
 
@@ -23,7 +23,7 @@ class Workers:
         None is one process.
     """
 
-    def __init__(self, threads: int, comm: Comm) -> None:
+    def __init__(self, threads: int, comm: Comm = None) -> None:
         self.threads, self.comm = threads, comm
         self.rank: int = comm.Get_rank() if comm is not None else 0
         self.size: int = comm.Get_size() if comm is not None else 1
@@ -32,6 +32,16 @@ class Workers:
     def map(self, task: Callable[..., T], *items: Iterable[object]) -> list[T]:
         """Return the results of a task on each item, computed by threads."""
         return list(map(task, *items) if self._pool is None else self._pool.map(task, *items))
+
+    def share(self, task: Callable[[int], object]) -> None:
+        """Run a task for each number of a thread; the first one is the thread that asks.
+
+        Threads that are started for each product of an H-matrix cost a quarter of it.
+        """
+        others = [self._pool.submit(task, k) for k in range(1, self.threads)] if self._pool else []
+        task(0)
+        for each in others:
+            each.result()
 
     def gather(self, items: list[T]) -> list[T]:
         """Return the items of all ranks, in the order of the ranks, on every rank."""
