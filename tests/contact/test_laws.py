@@ -112,6 +112,23 @@ def test_loads_that_no_traction_holds_are_known_beforehand(k):
     assert left[0] == pytest.approx(0.2) and np.abs(left[1:]).max() < 1e-9
 
 
+@given(SEEDS, st.sampled_from([2, 3]), st.floats(0.0, 1.2))
+def test_projections_hold_a_load_where_the_linear_program_does(seed, k, share):
+    """Loads of random tractions in the cone, turned out of it by a share; without the program
+    those well inside it are known to be held."""
+    rng = np.random.default_rng(seed)
+    law, push = coulomb(5, 0.3, k), floor(k)
+    way = rng.standard_normal(k - 1)
+    modes = push(*(0.3 * share * way / np.linalg.norm(way)), 1.0)
+    with patch("petcontact.contact.equilibrium.PROJECTIONS", 0):
+        left = unbalanced_load(modes, law)
+    found = unbalanced_load(modes, law)
+    assert (found is None) == (left is None) and (left is None or found == pytest.approx(left))
+    if share < 0.9:
+        with patch("scipy.optimize.linprog", None):
+            assert unbalanced_load(modes, law) is None
+
+
 @pytest.mark.parametrize("k", [2, 3])
 def test_a_vertex_that_leaves_its_bounds_by_round_off_asks_for_no_direction(k):
     """HiGHS gives pressures of -1e-17 where σ_t = 0: what of it lies beyond µp has no direction."""
@@ -124,7 +141,10 @@ def test_a_vertex_that_leaves_its_bounds_by_round_off_asks_for_no_direction(k):
         answer.x[: 5 * k].reshape(5, k)[:, :-1] = 0.0
         return answer
 
-    with patch("scipy.optimize.linprog", nearly):
+    with (
+        patch("scipy.optimize.linprog", nearly),
+        patch("petcontact.contact.equilibrium.PROJECTIONS", 0),
+    ):
         assert unbalanced_load(floor(k)(*[0.0] * (k - 1), 1.0), law) is None
 
 
