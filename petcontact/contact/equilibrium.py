@@ -42,39 +42,42 @@ def unbalanced_load(
     if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
     resultant, limits = forces or (modes.resultant, law.admissible())
-    r, m, k = resultant.shape
     scale = np.maximum(np.abs(resultant).max(axis=(1, 2), initial=0.0), TINY)
     size = float(np.abs(modes.load / scale).max(initial=0.0))
-    # the unknowns are σ over the size of the loads, node after node, and the slacks s+, s- >= 0
-    rows, load = (resultant / scale[:, None, None]).reshape(r, m * k), modes.load / scale / size
-    if forces is None and _found(rows, load, law, size):
+    rows, load = (resultant / scale[:, None, None]).reshape(len(scale), -1), modes.load / scale
+    if forces is None and _found(rows, load / size, law, size):
         return None
-    friction, equal = _Friction(law, limits, size), np.hstack([rows, np.eye(r), -np.eye(r)])
-    bounds = np.concatenate(
-        [_bounds(law, limits, size, k), np.tile([0.0, np.inf], (2 * r, 1))],
-    )
+    left = _unheld(_Friction(law, limits, size), rows, load / size, costs)
+    return None if left is None else np.asarray(left * scale * size)
+
+
+def _unheld(friction: _Friction, rows: Array, load: Array, costs: Array | float) -> Array | None:
+    """Return the cheapest part of a load that no admissible σ with rows · σ = -load holds, (r,), or
+    None, by linear programs."""
+    r, unknowns = rows.shape
+    # the unknowns are σ over the size of the loads, node after node, and the slacks s+, s- >= 0
+    bounds = np.concatenate([friction.bounds, np.tile([0.0, np.inf], (2 * r, 1))])
     # each linear program has the sides that the one before it asked for
     for _ in range(8):
         polygon = scipy.sparse.vstack(friction.sides)
         none = scipy.sparse.csr_array((polygon.shape[0], 2 * r))
         answer = scipy.optimize.linprog(
             # a push and a turn may weigh the same: digits do not choose, the first motion is named
-            np.concatenate([np.zeros(m * k), np.tile(costs * (1.0 + 1e-3 * np.arange(r)), 2)]),
+            np.concatenate([np.zeros(unknowns), np.tile(costs * (1.0 + 1e-3 * np.arange(r)), 2)]),
             A_ub=scipy.sparse.hstack([polygon, none]).tocsr() if polygon.shape[0] else None,
             b_ub=np.concatenate(friction.limits) if polygon.shape[0] else None,
-            A_eq=equal,
+            A_eq=np.hstack([rows, np.eye(r), -np.eye(r)]),
             b_eq=-load,
             bounds=bounds,
             method="highs",
         )
         if not answer.success:
             return None
-        slack = answer.x[m * k : m * k + r] - answer.x[m * k + r :]
+        slack = answer.x[unknowns : unknowns + r] - answer.x[unknowns + r :]
         if np.abs(slack).sum() > HALF:
-            return np.asarray(-slack * scale * size)
+            return np.asarray(-slack)
         # a vertex leaves its bounds by the round-off of all tractions, and what HiGHS allows
-        sigma = np.clip(answer.x, *bounds.T)[: m * k].reshape(m, k)
-        if not friction.cuts_off(sigma):
+        if not friction.cuts_off(np.clip(answer.x, *bounds.T)[:unknowns]):
             return None
     return None
 
@@ -98,15 +101,6 @@ def _found(rows: Array, load: Array, law: ContactLaw, size: float) -> bool:
     return False
 
 
-def _bounds(law: ContactLaw, limits: Admissible, size: float, k: int) -> Array:
-    """Return the least and the largest σ over a size, (m k, 2), by the limits of each component."""
-    cap = limits.cap[:, None] / size
-    lower, upper = np.tile(-cap, k), np.tile(cap, k)
-    for group in law.groups[1:]:
-        lower[:, group], upper[:, group] = -limits.push[:, None] / size, limits.pull[:, None] / size
-    return np.column_stack([lower.ravel(), upper.ravel()])
-
-
 class _Friction:
     """Polygons around the disks of σ_t, over the size of the loads: sides A σ <= b.
 
@@ -114,6 +108,8 @@ class _Friction:
     ----------
     sides, limits : lists of sparse arrays and of arrays
         Rows of A and of b.
+    bounds : (m k, 2) array
+        The least and the largest components of σ.
     """
 
     def __init__(self, law: ContactLaw, limits: Admissible, size: float) -> None:
@@ -124,9 +120,18 @@ class _Friction:
         ways = directions(self._tangential.stop - self._tangential.start)
         self.sides = [_sides(self._cone, way, self._slope, law) for way in ways]
         self.limits = [self._cohesion[self._cone]] * len(self.sides)
+        upper = np.tile(self._cap[:, None], law.k)
+        lower = -upper
+        for group in self._normal:
+            lower[:, group], upper[:, group] = (
+                -limits.push[:, None] / size,
+                limits.pull[:, None] / size,
+            )
+        self.bounds = np.column_stack([lower.ravel(), upper.ravel()])
 
-    def cuts_off(self, sigma: Array) -> bool:
-        """Add sides where σ (m, k) is outside its disk; False if it is nowhere."""
+    def cuts_off(self, unknowns: Array) -> bool:
+        """Add sides where σ (m k,) is outside its disk; False if it is nowhere."""
+        sigma = unknowns.reshape(-1, self._law.k)
         length = lengths(sigma[:, self._tangential])
         pressure = -sigma[:, self._normal[0]][:, 0] if self._normal else np.zeros(len(sigma))
         excess = length - np.minimum(self._cohesion + self._slope * pressure, self._cap)

@@ -4,9 +4,9 @@ touch."""
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from ...arrays import Array
+from ...linalg.root import root_between
 from ...round_off import CHAINED, HALF, WRITTEN
 from ..active_set.pivots import PATIENCE, Pivot
 from ..law_protocol import ContactLaw, law_residual
@@ -60,7 +60,7 @@ def touching(
         return tau(0.0)
     if not (left(end) - wanted) * (now - wanted) < 0.0:
         return None
-    return tau(scipy.optimize.brentq(lambda way: left(way) - wanted, 0.0, end))
+    return tau(root_between(lambda way: left(way) - wanted, 0.0, end))
 
 
 def in_equilibrium(
@@ -85,7 +85,7 @@ def in_equilibrium(
     def left(tau: Array) -> Array:
         return np.asarray(unit.T @ modes.unbalanced(-law.project(tau)))
 
-    def work(way: float, step: Array, tau: Array) -> float:
+    def work(way: float) -> float:
         return float(step @ left(tau + way * (pull @ step)))
 
     for _ in range(PATIENCE):
@@ -94,10 +94,10 @@ def in_equilibrium(
             break
         slope = Linearisation.from_law(law, tau).derivative @ pull
         step = np.linalg.lstsq(np.tensordot(resultant, slope, 2) + stuck, force, rcond=None)[0]
-        now, end = work(0.0, step, tau), work(1.0, step, tau)
+        now, end = work(0.0), work(1.0)
         if not end <= now / 2.0 < now:
             break
         if end < 0.0:
-            step *= scipy.optimize.brentq(work, 0.0, 1.0, (step.copy(), tau))
+            step = root_between(work, 0.0, 1.0) * step
         tau, v = tau + pull @ step, v + motion @ step / most
     return v

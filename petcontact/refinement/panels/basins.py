@@ -9,6 +9,7 @@ import scipy
 
 from ...arrays import Array, Index, Mask, linked
 from ...geometry.charts import Chart
+from ...linalg.root import root_between
 from .ridge import Gap, nearly_least, samples
 
 JOINED = 7
@@ -78,5 +79,5 @@ def shares(forces: Array, least: Array, approach: Array) -> Array:
 
     low, total = float(least.min()), float(forces.sum())
     high = 2.0 * float((least - low + approach).max())
-    found = at(scipy.optimize.brentq(lambda x: float(at(x).sum()) - total, low, low + high))
+    found = at(root_between(lambda x: float(at(x).sum()) - total, low, low + high))
     return np.asarray(found * (total / found.sum()))

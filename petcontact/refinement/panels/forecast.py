@@ -10,6 +10,7 @@ import scipy
 
 from ...arrays import Array
 from ...geometry.charts import Chart
+from ...linalg.root import root_between
 from ...record import record, replace
 from .ridge import Gap, Ridge, lowest_point, samples
 from .zone import ELONGATED, ContactBand, ContactEllipse, principal_axes
@@ -70,7 +71,7 @@ def hertz_ellipse(
     if k_1 - k_2 < 1e-6 * k_1:
         a = math.cbrt(0.75 * force / (modulus * k_1))
         return a, a, a * a * k_1
-    t = math.exp(scipy.optimize.brentq(ratio, math.log(1e-8), math.log(1.0 - 1e-8)))
+    t = math.exp(root_between(ratio, math.log(1e-8), math.log(1.0 - 1e-8)))
     m, K, E = integrals(t)
     a = math.cbrt(3.0 * force * t * (E - t * t * K) / (math.pi * modulus * k_1 * m))
     return a, a / t, 1.5 * force * t * K / (math.pi * modulus * a)
