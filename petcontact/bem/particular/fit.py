@@ -12,7 +12,7 @@ from numpy.polynomial import chebyshev
 
 from ...arrays import Array
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...round_off import WRITTEN
+from ...round_off import TINY, WRITTEN
 from .polynomials import BodyBox, total_degrees
 
 TRIED = {2: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 40), 3: (1, 2, 3, 4, 6, 8, 10, 12, 16)}
@@ -41,11 +41,12 @@ def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
 def winding(mesh: BoundaryMesh, x: Array) -> Array:
     """The part of the full angle under which the boundary, of a half section with its image, is
     seen from x, by the weights of the nodes: 1 inside."""
-    seen = np.zeros(len(x))
+    seen, weighted = np.zeros(len(x)), mesh.normal * mesh.measure[:, None]
     for image in mesh.images(x):
-        away = mesh.x - image[:, None]
-        distance = np.maximum(np.linalg.norm(away, axis=2), 1e-100)
-        seen += np.einsum("mnd,nd->mn", away, mesh.normal) / distance**mesh.dim @ mesh.measure
+        away = [there - here[:, None] for there, here in zip(mesh.x.T, image.T, strict=True)]
+        square = np.maximum(sum(way**2 for way in away), TINY)
+        across = sum(way * normal for way, normal in zip(away, weighted.T, strict=True))
+        seen += np.sum(across / square ** (0.5 * mesh.dim), axis=1)
     return seen / (2.0 * np.pi * (mesh.dim - 1))
 
 
