@@ -77,7 +77,7 @@ class HMatrix:
 
     def _table(self, chunk: Chunk) -> Index:
         """Return the table of a chunk: first row, rows, first column, columns of nodes, first
-        column beside, their number, rank, and place of the numbers."""
+        column beside, their number, rank, and address of the numbers in memory."""
         d, beside = self.entries.components, self.entries.beside
         first, m, column, n, _ = chunk.blocks.T
         q = beside[column + n] - beside[column]
@@ -96,7 +96,8 @@ class HMatrix:
         _, rows, _, columns, _, q, rank, _ = table.T
         column, row = self._layout.length(rows), self._layout.length(columns, q)
         size = np.where(rank < 0, (columns + q) * column, rank * (column + row))
-        table[:, 7] = np.cumsum(size) - size
+        start = native.pointer(chunk.values) or 0
+        table[:, 7] = start + chunk.values.itemsize * (np.cumsum(size) - size)
         return table
 
     @property
@@ -120,14 +121,8 @@ class HMatrix:
     __matmul__ = mult
 
     def _multiply(self, number: int, x: Array, y: Array) -> None:
-        work, moved = np.empty(max(1, self.largest_rank)), self._addressed(number)
-        _multiply(len(moved), moved, self._width, x, y, work)
-
-    def _addressed(self, number: int) -> Index:
-        """Return the table of a chunk with addresses in memory as places."""
-        table, values = self._tables[number].copy(), self._chunks[number].values
-        table[:, 7] = values.itemsize * table[:, 7] + (native.pointer(values) or 0)
-        return table
+        work, table = np.empty(max(1, self.largest_rank)), self._tables[number]
+        _multiply(len(table), table, self._width, x, y, work)
 
     def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
         """Return the sums of the entries over groups of rows and columns, in one pass over the
@@ -149,7 +144,7 @@ class HMatrix:
             native.contiguous(group, np.int64) for group in (row_group, column_group)
         )
         for number in range(len(self._chunks)):
-            moved = self._addressed(number)
+            table = self._tables[number]
             scratch = [
                 np.zeros(k, dtype)
                 for dtype in (np.float64, np.int64, np.int8)
@@ -158,7 +153,7 @@ class HMatrix:
             grouping = native.Struct(
                 "NNiDDNNBB", row_group, column_group, result.shape[1], *scratch
             )
-            _coarse(len(moved), moved, self._width, grouping.address, result)
+            _coarse(len(table), table, self._width, grouping.address, result)
         return result
 
     def error_estimate(self, rng: np.random.Generator, probes: int = 8) -> float:
