@@ -115,8 +115,11 @@ class DenseCompliance(ContactCompliance):
 
         Blocks of columns at which no traction acts, most of those of open nodes, are not read.
         """
-        whole, product = sigma.ravel(), np.zeros(len(self._rows))
-        acts = np.logical_or.reduceat(whole != 0.0, range(0, len(whole), BLOCK))
+        whole = sigma.ravel()
+        if whole.all():
+            return everywhere(self._rows @ whole, self._comm).reshape(sigma.shape)
+        product = np.zeros(len(self._rows))
+        acts = np.logical_or.reduceat(whole != 0.0, np.arange(0, len(whole), BLOCK))
         ends = BLOCK * np.flatnonzero(np.diff(acts, prepend=False, append=False))
         for first, last in ends.reshape(-1, 2).tolist():
             product += self._rows[:, first:last] @ whole[first:last]
