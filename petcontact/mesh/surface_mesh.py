@@ -166,8 +166,9 @@ class SurfaceMesh(BoundaryMesh):
 
     def at(self, element: Index, place: Array) -> tuple[Array, Array]:
         """See `BoundaryMesh.at`; places are local coordinates (q, 2) of panels."""
-        panels = PanelFaces.from_groups(list(self._groups.values()), element)
-        return panels.at(np.arange(len(element)), place)
+        # samples are many times as many as panels: each panel is taken once
+        numbers, row = np.unique(element, return_inverse=True)
+        return PanelFaces.from_groups(list(self._groups.values()), numbers).at(row, place)
 
     @staticmethod
     def lower_degree(kind: int, less: int = 1) -> Array:

@@ -155,8 +155,8 @@ class Problem(Bodies):
 
     @classmethod
     def spelling(cls, data: object) -> type[Model]:
-        """Return the class whose keys the data have: `OneBody` without [[body]]."""
-        return OneBody if isinstance(data, dict) and "body" not in data else cls
+        """Return the class whose keys the data have: `OneBody` where no word for [[body]] is."""
+        return OneBody if isinstance(data, dict) and not {"body", "bodies"} & data.keys() else cls
 
     @pydantic.model_validator(mode="wrap")
     @classmethod

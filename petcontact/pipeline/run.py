@@ -23,9 +23,8 @@ from ..refinement.levels import CONTACT_LADDER
 from ..results.report import Provenance
 from ..results.solution import Solution
 from ..runtime import threads
-from ..runtime.memory import peak_memory
 from ..runtime.petsc import given_options, options, petsc_version, reason_name, stage, timed
-from ..runtime.ranks import demand_same, meet
+from ..runtime.ranks import demand_same
 from ..runtime.signals import BrokenOff
 from ..runtime.terminal import printable
 from ..runtime.world import world
@@ -277,17 +276,16 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
     discrete, system = problem.discrete, problem.system
     names, options_ = [body.name for body in discrete.problem.body], discrete.problem.method
     operator = system.operator
-    meet("peak memory", problem.comm)
-    names_of = {"method": options_.resolved_name, "rule": options_.rule or "modified"}
+    named = {"method": options_.resolved_name, "rule": options_.rule or "modified"} | problem.named
     provenance = Provenance(
         solver=system.describe(),
         ksp_reason=reason_name(operator.reason) if operator.reason else "",
-        **(names_of | problem.named),
+        method=named["method"],
+        rule=named["rule"],
         argv=printable(" ".join(sys.argv)),
         petsc_options=petsc_options_of(discrete.problem.petsc),
         versions=versions(),
         ranks=problem.comm.getSize(),
-        peak_memory=peak_memory(problem.comm),
         distance={i.name: d for i, d in zip(discrete.sides, discrete.distance, strict=True)},
         motions={
             name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)

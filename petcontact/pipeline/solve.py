@@ -20,9 +20,10 @@ from ..model.case import checked_problem
 from ..model.problem import Problem
 from ..results.solution import Solution
 from ..runtime.hints import demand_functions
+from ..runtime.memory import peak_memory
 from ..runtime.petsc import unused_options
 from ..runtime.petsc_options import refused_in_config
-from ..runtime.ranks import alone, shared_solve
+from ..runtime.ranks import alone, meet, shared_solve
 from ..untyped import Comm, Keyed
 from .adapt.budget import Callbacks, Reached
 from .adapt.fixed_mesh import with_estimate
@@ -122,9 +123,12 @@ def solve(
         solution = _solved(
             problem, method, rule, law, comm, (monitor, alone(announce), alone(reached))
         )
+        meet("peak memory", comm)
+        # judging takes memory, too
+        used = replace(solution.provenance, peak_memory=peak_memory(comm))
+        solution = replace(solution, provenance=used)
     LOG.info("%s: %s", solution.status, solution.reason)
-    unused = unused_options() if petsc_options else []
-    left = [name for name in petsc_options or () if f"-{name}" in unused]
+    left = [name for name in petsc_options or () if f"-{name}" in unused_options()]
     if left:
         warnings.warn(f"petsc_options that nothing used: {', '.join(left)}", stacklevel=2)
     return solution
@@ -158,8 +162,7 @@ def _solved(
         solution, began = unreported(prepared, monitor), time.perf_counter()
         report = functools.partial(with_report, prepared)
         solution = with_estimate(solution, prepared.comm, law, report)
-        timings = {**solution.timings, "judge": time.perf_counter() - began}
-        return replace(solution, timings=timings)
+        return replace(solution, timings={**solution.timings, "judge": time.perf_counter() - began})
 
 
 def adapts_itself(problem: Problem) -> bool:

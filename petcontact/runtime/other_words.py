@@ -41,7 +41,9 @@ SYNONYMS = {
     **dict.fromkeys(("new", "create"), "init"),
     **dict.fromkeys(("friction", "cof", "coefficient"), "friction_coefficient"),
     **dict.fromkeys(("frictional", "tresca", "coulomb", "interaction", "pair"), "contact"),
-    **dict.fromkeys(("cylinder", "circle"), "outline"),
+    "cylinder": "outline",
+    **dict.fromkeys(("disc", "disk"), "circle"),
+    "bodies": "body",
     **dict.fromkeys(
         ("set", "nset", "elset", "nodeset", "surface", "group", "face", "side"), "part"
     ),
@@ -126,6 +128,9 @@ EXPLAINED = {
         "a rectangle has lower_left and upper_right, a box lower and upper"
     ),
     ("diameter", "d"): "give the radius, half of it",
+    ("circle", "disc", "disk"): (
+        'a disc is shape = "outline", loops = [{ part = "rim", center = [0.0, 0.0], radius = 1.0 }]'
+    ),
     ("velocity", "speed"): "nothing depends on time; give a displacement, in a [[step]] for a path",
     ("dimension", "dim", "dimensions"): "the shape says it: a rectangle is plane, a box in space",
     ("augmented lagrangian", "augmented-lagrangian", "lagrange multiplier", "penalty method"): (

@@ -330,3 +330,25 @@ def test_given_tractions_on_round_bodies_that_only_contact_holds(monkeypatch):
     assert [type(body) for body in prepared.system.bodies] == [DenseBody, HierarchicalBody]
     prepared.system.operator.apply(np.random.default_rng(1).normal(size=(prepared.system.size, 3)))
     assert prepared.system.operator.iterations <= 25
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_announced_memory_has_the_patches_of_both_sides(alone):
+    """Before a law changes them they hold about half of what they come to."""
+    data = blocks() | {"bem": {"mat_type": "hmatrix"}}
+    for body in data["body"]:
+        body["mesh"] = {"element_size": 0.3, "order": 1}
+    if alone:
+        face = {"secondary": "upper.bottom", "primary": "floor"}
+        data |= {"body": data["body"][1:], "obstacle": [{"name": "floor"}]}
+        data["contact"] = [data["contact"][0] | face]
+    prepared = prepare(parse_problem(data, "test", {}, Path()))
+    meshes = prepared.discrete.meshes
+    nodes, total = choice.contact_sizes(prepared.discrete.posed, meshes)
+    bem = prepared.discrete.posed.bem
+    told, without = (
+        choice.needed_memory(bem, meshes, *sizes, 3)
+        for sizes in ((nodes, total), ([0] * len(nodes), 0))
+    )
+    held = prepared.system.bodies[0].joint.equations._open.nbytes
+    assert held < told - without < 4 * held

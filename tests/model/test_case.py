@@ -75,6 +75,7 @@ TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": 
             "[0][1].center: unknown key; valid keys: columns, part, points",
         ),
         ("boundary.0.condition", "contakt", "got 'contakt', did you mean 'contact'?"),
+        ("geometry.shape", "disc", "got 'disc'; a disc is shape = \"outline\", loops = [{ part"),
         ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
         ("boundary.1.value", 4.0, "[0.0, 4.0] along y"),
         ("boundary.2.pressure", 3.0, "either value = [tx, ty] or pressure = p, got both"),

@@ -147,6 +147,10 @@ def test_unknown_keys_of_the_flat_spelling(change, wanted):
     assert message({**FLAT, **change}).startswith(wanted)
 
 
+def test_several_bodies_by_another_word_are_no_flat_spelling():
+    assert message({"bodies": []}).startswith("c: bodies: unknown key, did you mean 'body'?")
+
+
 @pytest.mark.parametrize("key", BODY)
 def test_of_several_bodies_each_has_its_own(key):
     with pytest.raises(

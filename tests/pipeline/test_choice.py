@@ -65,7 +65,7 @@ def test_the_sides_of_a_strip_cost_what_was_measured(height, size, seconds, memo
     made = mesh_outline(box(4, height).outline(), MeshOptions(element_size=size, order=2))
     curves = choice.COMPRESSIONS["hodlr"]
     assert seconds / 1.5 < curves.exact_seconds(Bem(), made) < 1.5 * seconds
-    assert memory / 1.5 < curves.memory(made, 0) < 1.5 * memory
+    assert memory / 1.5 < curves.memory(made) < 1.5 * memory
 
 
 GRADED = example(1, mesh=MeshOptions(order=3, grading=0.5, levels=30), name="semismooth-newton")

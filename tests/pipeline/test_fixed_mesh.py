@@ -3,6 +3,7 @@ changes with the order of panels."""
 
 from __future__ import annotations
 
+import importlib
 import math
 from pathlib import Path
 
@@ -155,3 +156,17 @@ def test_the_only_element_of_a_side_is_another_one_on_the_mesh_before():
     for part in ("notch 1", "notch 2"):
         orders = [mesh.order[mesh.elements_of(part)].tolist() for mesh in (now, before)]
         assert orders == [[2], [1]]
+
+
+def test_peak_memory_is_that_after_the_errors_are_judged(monkeypatch):
+    """Judging took .25 GB of 1 GB that the verdict did not have."""
+    module, done = importlib.import_module("petcontact.pipeline.solve"), []
+
+    def judged(solution, *args):
+        done.append("judged")
+        return solution
+
+    monkeypatch.setattr(module, "with_estimate", judged)
+    monkeypatch.setattr(module, "peak_memory", lambda comm: done.append("peak") or 7e9)
+    solution = solve(example(1, mesh=MeshOptions(element_size=1.0)))
+    assert done == ["judged", "peak"] and "peak memory 7.00 GB" in solution.verdict()
