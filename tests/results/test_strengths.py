@@ -294,7 +294,8 @@ def test_a_clamped_side_without_contraction_does_not_fit_a_pressure(ratio, place
 
 def test_a_contact_may_be_narrower_than_what_lies_beside_a_corner():
     """A ball on a quarter of a block, of a twentieth of its size: both planes of symmetry meet
-    contact, whose panels do not count as free since most of those near them are."""
+    contact, whose panels do not count as free since most of those near them are. Where they slip
+    the whole body is smooth."""
     block = solid("block", cuboid([0.0, 0.0, -3.0], [2.0, 2.0, 0.0]), moved("bottom", 3 * [0.0]))
     block["boundary"] += rollers("left", "front")
     block["mesh"] = {"accuracy": 0.4}
@@ -302,5 +303,5 @@ def test_a_contact_may_be_narrower_than_what_lies_beside_a_corner():
     pair = touching("pair", "block.top", "tool", gap="(x**2 + y**2)/2", friction_coefficient=0.3)
     solution = solve(problem(body=[block], obstacle=[tool], contact=[pair]))
     found = [place.x for place in singular_places(solution, solution.last)["block"]]
-    inside = [x for x in found if x[2] == 0.0 and 0.05 < np.linalg.norm(x) < 0.1]
+    inside = [x for x in found if x[2] == 0.0 and np.linalg.norm(x) < 0.1]
     assert solution.converged and not inside

@@ -17,7 +17,7 @@ from ...geometry.charts import Chart
 from ...geometry.quadratic import QuadraticCells
 from ...geometry.round_surfaces import GRID
 from ...record import record
-from ...round_off import least_pieces
+from ...round_off import SINGLE, least_pieces
 from .zone import STRIP, ContactEllipse
 
 CORE, SHRINK = 0.5, 0.4
@@ -90,12 +90,15 @@ def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
     if not np.linalg.norm(rim, axis=1).min(initial=np.inf) >= 1.0:
         return None
     lines, orders = _inside(rim, counts, rings, zone.middle, zone.stick)
-    around, edge = zone.at(_around(lines, rim)), 2 * len(lines) - 2
-    made = [cells_of(zone.at(_filled(lines[0], *counts)))]
-    made += [cells_of(around[k : k + 3]) for k in range(0, edge, 2)]
-    # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p there
-    outer = cells_of(around[edge:])
-    if _is_distorted(chart, np.concatenate([*made, outer])):
+    core, edge = cells_of(zone.at(_filled(lines[0], *counts))), 2 * len(lines) - 2
+    for more in range(3):
+        around = zone.at(_around(lines, rim, more))
+        made = [core, *(cells_of(around[k : k + 3]) for k in range(0, edge, 2))]
+        # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p
+        outer = cells_of(around[edge:])
+        if not _is_distorted(chart, np.concatenate([*made, outer])):
+            break
+    else:
         return None
     width = float(np.linalg.norm(around[-1] - around[-3], axis=1).min())
     order = np.repeat([2, *orders], [*map(len, made)])
@@ -117,13 +120,15 @@ def _is_distorted(chart: Chart, cells: Array) -> bool:
 
 def _on_circle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array, tuple[int, int]]:
     """Return points of the rim of a disc at equal angles about a zone, in its coordinates; and the
-    numbers of sectors of the first two of four sides."""
-    angle = np.pi * np.arange(4 * half) / (2 * half)
+    numbers of sectors of the first two of four sides. Panels end at corners of the rim."""
+    angle = np.sort(np.append(np.angle(zone.local(chart.corners) @ [1.0, 1.0j]), -np.pi))
+    angle = angle[1:][np.diff(angle) > SINGLE] if len(angle) > 1 else angle
+    ends = np.append(2.0 * np.round((angle - angle[0]) * half / np.pi), 4 * half)
+    if np.diff(ends).min() == 0.0:
+        return np.zeros((1, 2)), (0, 0)  # in the zone: this does not lie inside
+    angle = np.interp(np.arange(4 * half), ends, np.append(angle, angle[0] + 2.0 * np.pi))
     towards = np.column_stack([np.cos(angle), np.sin(angle)])
-    way = towards @ zone.axes.T
-    along, square = way @ zone.centre, np.sum(way**2, axis=1)
-    room = float(chart.high[0] ** 2 - zone.centre @ zone.centre)
-    share = (np.sqrt(np.maximum(along**2 + square * room, 0.0)) - along) / square
+    share = chart.rays(zone.centre, towards @ zone.axes.T)
     return share[:, None] * towards, (half // 2, half - half // 2)
 
 
@@ -154,10 +159,10 @@ def _side_points(closed: Array, angle: Array, counts: tuple[int, int]) -> Iterat
         yield closed[k] + share[:, None] * along
 
 
-def _around(lines: Array, rim: Array) -> Array:
+def _around(lines: Array, rim: Array, more: int) -> Array:
     """Return closed lines around a zone, those given and others up to a rim, each second one in the
-    middle of panels."""
-    shares = twice_as_fine(_widths(lines, np.linalg.norm(rim, axis=1)))[1:]
+    middle of panels; as many more rings lie outside as are asked for."""
+    shares = twice_as_fine(_widths(lines, np.linalg.norm(rim, axis=1), more))[1:]
     outside = lines[-1] + shares[:, None, None] * (rim - lines[-1])
     around = np.concatenate([twice_as_fine(lines), outside])
     return np.append(around, around[:, :1], axis=1)
@@ -198,12 +203,13 @@ def _inside(
     return np.array([*curves, disc]), [*orders, *rings * [2]]
 
 
-def _widths(lines: Array, reach: Array) -> Array:
+def _widths(lines: Array, reach: Array, more: int) -> Array:
     """Return the ends (n,) of rings between the edge and a rim, over their distance [-]."""
     narrow = np.linalg.norm(lines[-1] - lines[-2], axis=1).min()
     steps = np.log1p((reach.max() - 1.0) * (FRAMES - 1.0) / narrow) / np.log(FRAMES)
     number = max(1, int(np.ceil(steps)))
-    return (FRAMES ** np.arange(number + 1) - 1.0) / (FRAMES**number - 1.0)
+    widths = FRAMES ** (number * np.linspace(0.0, 1.0, number + more + 1))
+    return (widths - 1.0) / (widths[-1] - 1.0)
 
 
 def _graded(low: Array, high: Array, rings: int) -> list[Array]:

@@ -216,6 +216,8 @@ class _Body:
             if not angle > 0.0:  # elements of an altered file may lie on one another
                 continue
             first, does = self._sides(number)
+            if _goes_on(angle, does):
+                continue
             own, under = self._expansion(angle, x, does)
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
@@ -381,3 +383,14 @@ class _Body:
             pressed=not closed.partner.bonded,
             core=core_of(x, (closed,)),
         )
+
+
+def _goes_on(angle: float, does: tuple[Does, Does]) -> bool:
+    """Return whether a corner is a smooth point of a whole body: contact that slips meets a plane
+    of symmetry at a right angle.
+
+    Slip across the plane and its image are opposite. Friction opposes both and would hold them back
+    without a bound next to the plane: contact sticks there, or slips along the plane.
+    """
+    slips = isinstance(does[0], Touching) and math.isfinite(does[0].friction)
+    return slips and does[1] == SLIDING and abs(angle - 0.5 * math.pi) < SMOOTH
