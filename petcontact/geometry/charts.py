@@ -142,7 +142,7 @@ class Chart:
         share = (np.sqrt(np.maximum(along**2 + square * room, 0.0)) - along) / square
         towards, left = ways @ self.cuts[:, :2].T, self.cuts[:, 2] - self.cuts[:, :2] @ place
         lines = np.divide(left, towards, out=np.full_like(towards, np.inf), where=towards > 0.0)
-        return np.minimum(share, lines.min(axis=1, initial=np.inf))
+        return np.asarray(np.minimum(share, lines.min(axis=1, initial=np.inf)))
 
     @property
     def corners(self) -> Array:
@@ -151,12 +151,11 @@ class Chart:
         ways, away = self.cuts[:, :2], self.cuts[:, 2:]
         half = np.sqrt(np.maximum(self.high[0] ** 2 - away**2, 0.0))
         along = half * np.column_stack([-ways[:, 1], ways[:, 0]])
-        first, last = np.triu_indices(len(ways), 1)
-        both, known = ways[np.stack([first, last], axis=1)], away[np.stack([first, last], axis=1)]
-        meet = np.abs(np.linalg.det(both)) > SINGLE
-        met = np.linalg.solve(both[meet], known[meet])[..., 0]
+        pairs = np.transpose(np.triu_indices(len(ways), 1))
+        pairs = pairs[np.abs(np.linalg.det(ways[pairs])) > SINGLE]
+        met = np.linalg.solve(ways[pairs], away[pairs])[..., 0]
         place = np.concatenate([away * ways + along, away * ways - along, met])
-        return place[self.holds(place, self.slack)]
+        return np.asarray(place[self.holds(place, self.slack)])
 
     def normal(self, place: Array) -> Array:
         """Return outward unit normals (n, 3) at coordinates (n, 2)."""

@@ -7,16 +7,14 @@ zone, where µp - |q| is one.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 
 import numpy as np
 
 from ...arrays import Array
-from ...geometry.arcs import cross
 from ...geometry.charts import Chart
 from ...geometry.quadratic import QuadraticCells
 from ...geometry.round_surfaces import GRID
-from ...record import record
+from ...record import record, replace
 from ...round_off import SINGLE, least_pieces
 from .zone import STRIP, ContactEllipse
 
@@ -126,10 +124,16 @@ def _on_circle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array, tu
     ends = np.append(2.0 * np.round((angle - angle[0]) * half / np.pi), 4 * half)
     if np.diff(ends).min() == 0.0:
         return np.zeros((1, 2)), (0, 0)  # in the zone: this does not lie inside
-    angle = np.interp(np.arange(4 * half), ends, np.append(angle, angle[0] + 2.0 * np.pi))
+    angle = np.append(angle, angle[0] + 2.0 * np.pi)
+    return _seen_from(chart, zone, ends, angle), (half // 2, half - half // 2)
+
+
+def _seen_from(chart: Chart, zone: ContactEllipse, ends: Array, angle: Array) -> Array:
+    """Return points of a rim in a zone's coordinates, at equal angles between corners with given
+    numbers and angles."""
+    angle = np.interp(np.arange(ends[-1]), ends, angle)
     towards = np.column_stack([np.cos(angle), np.sin(angle)])
-    share = chart.rays(zone.centre, towards @ zone.axes.T)
-    return share[:, None] * towards, (half // 2, half - half // 2)
+    return np.asarray(chart.rays(zone.centre, towards @ zone.axes.T)[:, None] * towards)
 
 
 def _on_rectangle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array, tuple[int, int]]:
@@ -139,24 +143,16 @@ def _on_rectangle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array,
     near = np.abs(face - zone.centre) < AROUND[1] * reach
     low, high = np.where(near, face, zone.centre + np.outer([-1.0, 1.0], AROUND[0] * reach))
     corners = zone.local(np.array([low, [high[0], low[1]], high, [low[0], high[1]]]))
-    closed = np.append(corners, corners[:1], axis=0)
-    angle = np.unwrap(np.angle(closed @ [1.0, 1.0j]))
+    angle = np.unwrap(np.angle(np.append(corners, corners[:1], axis=0) @ [1.0, 1.0j]))
     span = np.diff(angle)
     once = np.isclose(span.sum(), 2.0 * np.pi)
     if not (once and np.all((span > 0.0) & (span < np.pi))):
         return np.zeros((1, 2)), (0, 0)  # in the zone: this does not lie inside
     first = min(max(1, round(half * (span[0] + span[2]) / (2.0 * np.pi))), half - 1)
-    counts = first, half - first
-    return np.concatenate([*_side_points(closed, angle, counts)]), counts
-
-
-def _side_points(closed: Array, angle: Array, counts: tuple[int, int]) -> Iterator[Array]:
-    """Yield the points of each side between corners (5, 2) that are seen at equal angles."""
-    for k, span in enumerate(np.diff(angle)):
-        phi = angle[k] + span * np.arange(2 * counts[k % 2]) / (2 * counts[k % 2])
-        towards, along = np.column_stack([np.cos(phi), np.sin(phi)]), closed[k + 1] - closed[k]
-        share = cross(closed[k], towards) / cross(towards, along)
-        yield closed[k] + share[:, None] * along
+    cuts = np.column_stack([np.vstack([-np.eye(2), np.eye(2)]), np.append(-low, high)])
+    box = replace(chart, high=np.full(2, np.inf), cuts=cuts)
+    ends = np.cumsum([0, *2 * [2 * first, 2 * (half - first)]])
+    return _seen_from(box, zone, ends, angle), (first, half - first)
 
 
 def _around(lines: Array, rim: Array, more: int) -> Array:
@@ -209,7 +205,7 @@ def _widths(lines: Array, reach: Array, more: int) -> Array:
     steps = np.log1p((reach.max() - 1.0) * (FRAMES - 1.0) / narrow) / np.log(FRAMES)
     number = max(1, int(np.ceil(steps)))
     widths = FRAMES ** (number * np.linspace(0.0, 1.0, number + more + 1))
-    return (widths - 1.0) / (widths[-1] - 1.0)
+    return np.asarray((widths - 1.0) / (widths[-1] - 1.0))
 
 
 def _graded(low: Array, high: Array, rings: int) -> list[Array]:

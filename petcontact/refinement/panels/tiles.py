@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -68,14 +68,11 @@ def _cut(chart: Chart, own: Array, others: Sequence[Array]) -> Array | None:
     return sides
 
 
-def _seen(chart: Chart, points: Array) -> Iterator[Array]:
-    """Yield the coordinates of points (n, 3) that are near to one another on a chart; where it goes
-    round also those before and after a turn."""
+def _seen(chart: Chart, points: Array) -> list[Array]:
+    """Return the coordinates of points (n, 3) that are near to one another on a chart; where it
+    goes round also those before and after a turn."""
     place, turn = chart.local(points), float(chart.high[0] - chart.low[0])
     if not chart.wraps:
-        yield place
-        return
-    away = place[:, 0] - place[0, 0]
-    place[:, 0] = place[0, 0] + (away + 0.5 * turn) % turn - 0.5 * turn
-    for turns in (-1.0, 0.0, 1.0):
-        yield place + turns * turn * np.eye(2)[0]
+        return [place]
+    place[:, 0] = np.unwrap(place[:, 0], period=turn)
+    return [place + turns * turn * np.eye(2)[0] for turns in (-1.0, 0.0, 1.0)]
