@@ -84,12 +84,12 @@ def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
         Number of rings between the core, or the stick zone, and the edge.
     """
     points_of = _on_circle if chart.round else _on_rectangle
-    rim, counts = points_of(chart, zone, _half_turn(zone, rings))
-    if not np.linalg.norm(rim, axis=1).min(initial=np.inf) >= 1.0:
-        return None
-    lines, orders = _inside(rim, counts, rings, zone.middle, zone.stick)
-    core, edge = cells_of(zone.at(_filled(lines[0], *counts))), 2 * len(lines) - 2
-    for more in range(3):
+    for more in range(4):  # finer ones in both directions where panels are distorted
+        rim, counts = points_of(chart, zone, _half_turn(zone, rings) + 2 * more)
+        if not np.linalg.norm(rim, axis=1).min(initial=np.inf) >= 1.0:
+            continue
+        lines, orders = _inside(rim, counts, rings, zone.middle, zone.stick)
+        core, edge = cells_of(zone.at(_filled(lines[0], *counts))), 2 * len(lines) - 2
         around = zone.at(_around(lines, rim, more))
         made = [core, *(cells_of(around[k : k + 3]) for k in range(0, edge, 2))]
         # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p
