@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..record import record, replace
+from ..record import field, record, replace
 from ..round_off import SINGLE, TINY, WRITTEN
 from .revolved.turned_surface import RevolvedSurface
 from .round_surfaces import CylinderSurface, SphereSurface
@@ -34,6 +34,8 @@ class Chart:
         Whether the ends of u are one line on the face, which then has no rim there.
     round : bool
         Whether the face is the disc in the rectangle, a square about 0.
+    cuts : (k, 3) array
+        Lines that end a disc: unit vectors away from it, and their distances from 0 [length].
     own : (2, 2) array, optional
         `low` and `high` of the face itself where the rectangle goes on beyond planes of symmetry,
         with the images of the face [length].
@@ -46,6 +48,7 @@ class Chart:
     flat: bool = False
     wraps: bool = False
     round: bool = False
+    cuts: Array = field(default_factory=lambda: np.zeros((0, 3)))
     own: Array | None = None
 
     @property
@@ -99,7 +102,9 @@ class Chart:
     def holds(self, place: Array, slack: float) -> Mask:
         """Return which coordinates (n, 2) are on the face, or at most `slack` beyond its rim."""
         if self.round:
-            return np.asarray(np.linalg.norm(place, axis=1) <= self.high[0] + slack)
+            off = place @ self.cuts[:, :2].T - self.cuts[:, 2]
+            inner = np.linalg.norm(place, axis=1) <= self.high[0] + slack
+            return np.asarray(inner & (off <= slack).all(axis=1))
         inside = (place >= self.low - slack) & (place <= self.high + slack)
         return np.asarray(inside.all(axis=1))
 
@@ -124,12 +129,33 @@ class Chart:
     def room(self, place: Array, way: Array) -> float:
         """Return how far a point (2,) may go along a unit vector to the rim [length]."""
         if self.round:
-            along, beyond = float(place @ way), float(self.high[0] ** 2 - place @ place)
-            return math.sqrt(max(along**2 + beyond, 0.0)) - along
+            return float(self.rays(place, way[None])[0])
         with np.errstate(divide="ignore", invalid="ignore"):
             room = np.where(way > 0.0, self.high - place, self.low - place) / way
         least = float(room[np.abs(way) > SINGLE].min())
         return least if least > self.slack else 0.0
+
+    def rays(self, place: Array, ways: Array) -> Array:
+        """Return how often vectors (n, 2) lead from a point (2,) of a disc to its rim, (n,) [-]."""
+        along, square = ways @ place, np.sum(ways**2, axis=1)
+        room = float(self.high[0] ** 2 - place @ place)
+        share = (np.sqrt(np.maximum(along**2 + square * room, 0.0)) - along) / square
+        towards, left = ways @ self.cuts[:, :2].T, self.cuts[:, 2] - self.cuts[:, :2] @ place
+        lines = np.divide(left, towards, out=np.full_like(towards, np.inf), where=towards > 0.0)
+        return np.asarray(np.minimum(share, lines.min(axis=1, initial=np.inf)))
+
+    @property
+    def corners(self) -> Array:
+        """Where lines that end a disc meet one another on it, and where they meet its rim, (n, 2)
+        [length]."""
+        ways, away = self.cuts[:, :2], self.cuts[:, 2:]
+        half = np.sqrt(np.maximum(self.high[0] ** 2 - away**2, 0.0))
+        along = half * np.column_stack([-ways[:, 1], ways[:, 0]])
+        pairs = np.transpose(np.triu_indices(len(ways), 1))
+        pairs = pairs[np.abs(np.linalg.det(ways[pairs])) > SINGLE]
+        met = np.linalg.solve(ways[pairs], away[pairs])[..., 0]
+        place = np.concatenate([away * ways + along, away * ways - along, met])
+        return np.asarray(place[self.holds(place, self.slack)])
 
     def normal(self, place: Array) -> Array:
         """Return outward unit normals (n, 3) at coordinates (n, 2)."""

@@ -231,3 +231,17 @@ def test_one_ring_does_not_reach_a_tenth():
     """Hertz' circle is told to 0.100 to 0.104: four meshes were solved on where one does."""
     bands, side = ball_on_a_block(0.1)
     assert bands._lines(LaidBands(), [ZonedContact(side, [], UNKNOWN)]) == (1,)
+
+
+def test_an_overlap_is_what_bodies_moved_though_nodes_lie_beside_the_face():
+    """A coarse roller's nodes lie inside its side, by half of what the plate has moved."""
+    roller = solid(
+        "roller", {"shape": "cylinder", "from": [-5, 0, 5], "to": [5, 0, 5], "radius": 5}
+    )
+    plate = solid("plate", cuboid([-8.0, -8.0, -4.0], [8.0, 8.0, 0.0]), moved("bottom", 3 * [0.0]))
+    pair = touching("pair", "roller.side", "plate.top", direction=[0.0, 0.0, -1.0])
+    posed = problem(body=[roller, plate], contact=[pair]).posed
+    meshes, x = FirstMeshes(posed, 4000).meshes, np.array([[0.0, 1.0, 0.11]])
+    seen = SimpleNamespace(x=x, normal=np.array([[0.0, 0.0, -1.0]]), gap=x[:, 2] - 0.02)
+    found = Expected(posed).overlap(posed.interfaces[0], seen, meshes, None)
+    assert found == pytest.approx(0.02, rel=1e-2)

@@ -10,12 +10,10 @@ from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, tou
 
 from petcontact import solve
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
-from petcontact.refinement.corner_exponents import SLIDING
-from petcontact.refinement.corner_modes import corner_expansion
 from petcontact.results.strength.corners import corners_of
 from petcontact.results.strength.singular_places import singular_places
 from petcontact.results.strength.strengths import fits
-from petcontact.results.strength.touching import growing, nodes_beside, pressed_at
+from petcontact.results.strength.touching import nodes_beside, pressed_at
 from petcontact.sweep.quantities import unbounded_pressure
 
 
@@ -213,14 +211,6 @@ def test_faces_of_symmetry_have_no_places():
     assert not strengths(solution)
 
 
-def test_shears_that_differ_by_the_error_of_a_solution_do_not_grow():
-    """Where a contact meets a plane of symmetry, say. Of an O-ring they made p ten times as
-    uncertain."""
-    right = corner_expansion(math.pi / 2.0, 1.8, SLIDING, SLIDING)
-    assert not growing((right,), (0.001, 0.001), 0.01)
-    assert growing((right,), (0.02, 0.02), 0.01) == (right,)
-
-
 OCTAGON = [
     [2.0 + 0.5 * math.cos(t), 2.0 + 0.5 * math.sin(t)]
     for t in -np.arange(8) * math.pi / 4.0 - math.pi / 8.0
@@ -294,7 +284,8 @@ def test_a_clamped_side_without_contraction_does_not_fit_a_pressure(ratio, place
 
 def test_a_contact_may_be_narrower_than_what_lies_beside_a_corner():
     """A ball on a quarter of a block, of a twentieth of its size: both planes of symmetry meet
-    contact, whose panels do not count as free since most of those near them are."""
+    contact, whose panels do not count as free since most of those near them are. Where they slip
+    the whole body is smooth."""
     block = solid("block", cuboid([0.0, 0.0, -3.0], [2.0, 2.0, 0.0]), moved("bottom", 3 * [0.0]))
     block["boundary"] += rollers("left", "front")
     block["mesh"] = {"accuracy": 0.4}
@@ -302,5 +293,5 @@ def test_a_contact_may_be_narrower_than_what_lies_beside_a_corner():
     pair = touching("pair", "block.top", "tool", gap="(x**2 + y**2)/2", friction_coefficient=0.3)
     solution = solve(problem(body=[block], obstacle=[tool], contact=[pair]))
     found = [place.x for place in singular_places(solution, solution.last)["block"]]
-    inside = [x for x in found if x[2] == 0.0 and 0.05 < np.linalg.norm(x) < 0.1]
+    inside = [x for x in found if x[2] == 0.0 and np.linalg.norm(x) < 0.1]
     assert solution.converged and not inside

@@ -148,8 +148,10 @@ class Expected(Keeping):
         least = int(ridge.gap.argmin())
         place = chart.at(chart.folded(ridge.points[[least]]))
         near = [int(np.linalg.norm(pair.x - place, axis=1).argmin())]
-        moved = float((shape.gap(chart.local(pair.x[near])) - pair.gap[near])[0])
-        return max(moved - float(ridge.gap[least]), 0.0)
+        place = chart.local(x := pair.x[near])
+        # a panel's node is not on the face
+        before = shape.gap(place) + np.sum((chart.at(place) - x) * pair.normal[near], axis=1)
+        return max(float((before - pair.gap[near])[0] - ridge.gap[least]), 0.0)
 
     def charts(
         self, side: PosedInterface, middle: Array | None = None, ring: bool = False

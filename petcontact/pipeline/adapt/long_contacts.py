@@ -180,7 +180,16 @@ def _moved_band(
         s, moved = (_moved(places, *both) for places in (s, np.array(ends)))
         ends = float(moved[0]), float(moved[1])
     points, sides = band.at(s)
-    return replace(band, points=points + off * sides, across=sides, s=s, half=half(s), ends=ends)
+    on_face = chart.holds(points, chart.slack)
+    return replace(
+        band,
+        points=(points + off * sides)[on_face],
+        across=sides[on_face],
+        s=s[on_face],
+        half=half(s)[on_face],
+        load=band.load[on_face],
+        ends=(max(ends[0], float(s[on_face].min())), min(ends[1], float(s[on_face].max()))),
+    )
 
 
 def _half_widths(

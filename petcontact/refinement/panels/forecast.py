@@ -371,7 +371,7 @@ def band_of(ridge: Ridge, forecast: Forecast) -> ContactBand:
         for factor, end in zip(longer, forecast.ends, strict=True)
     )
     at = middle + np.where(forecast.s < middle, longer[0], longer[1]) * (forecast.s - middle)
-    s = np.unique(np.concatenate([at, [low, high]]))
+    s = np.unique(np.clip(np.concatenate([at, [low, high]]), ridge.s[0], ridge.s[-1]))
     half, load = (
         np.sqrt(np.interp(s, at, values**2)) for values in (WIDER * forecast.half, forecast.load)
     )

@@ -7,17 +7,15 @@ zone, where µp - |q| is one.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 
 import numpy as np
 
 from ...arrays import Array
-from ...geometry.arcs import cross
 from ...geometry.charts import Chart
 from ...geometry.quadratic import QuadraticCells
 from ...geometry.round_surfaces import GRID
-from ...record import record
-from ...round_off import least_pieces
+from ...record import record, replace
+from ...round_off import SINGLE, least_pieces
 from .zone import STRIP, ContactEllipse
 
 CORE, SHRINK = 0.5, 0.4
@@ -86,16 +84,19 @@ def ringed(chart: Chart, zone: ContactEllipse, rings: int) -> Inner | None:
         Number of rings between the core, or the stick zone, and the edge.
     """
     points_of = _on_circle if chart.round else _on_rectangle
-    rim, counts = points_of(chart, zone, _half_turn(zone, rings))
-    if not np.linalg.norm(rim, axis=1).min(initial=np.inf) >= 1.0:
-        return None
-    lines, orders = _inside(rim, counts, rings, zone.middle, zone.stick)
-    around, edge = zone.at(_around(lines, rim)), 2 * len(lines) - 2
-    made = [cells_of(zone.at(_filled(lines[0], *counts)))]
-    made += [cells_of(around[k : k + 3]) for k in range(0, edge, 2)]
-    # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p there
-    outer = cells_of(around[edge:])
-    if _is_distorted(chart, np.concatenate([*made, outer])):
+    for more in range(4):  # finer ones in both directions where panels are distorted
+        rim, counts = points_of(chart, zone, _half_turn(zone, rings) + 2 * more)
+        if not np.linalg.norm(rim, axis=1).min(initial=np.inf) >= 1.0:
+            continue
+        lines, orders = _inside(rim, counts, rings, zone.middle, zone.stick)
+        core, edge = cells_of(zone.at(_filled(lines[0], *counts))), 2 * len(lines) - 2
+        around = zone.at(_around(lines, rim, more))
+        made = [core, *(cells_of(around[k : k + 3]) for k in range(0, edge, 2))]
+        # linear panels of 30 degrees leave jumps of u next to narrow ones, and stress of .05 p
+        outer = cells_of(around[edge:])
+        if not _is_distorted(chart, np.concatenate([*made, outer])):
+            break
+    else:
         return None
     width = float(np.linalg.norm(around[-1] - around[-3], axis=1).min())
     order = np.repeat([2, *orders], [*map(len, made)])
@@ -117,14 +118,22 @@ def _is_distorted(chart: Chart, cells: Array) -> bool:
 
 def _on_circle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array, tuple[int, int]]:
     """Return points of the rim of a disc at equal angles about a zone, in its coordinates; and the
-    numbers of sectors of the first two of four sides."""
-    angle = np.pi * np.arange(4 * half) / (2 * half)
+    numbers of sectors of the first two of four sides. Panels end at corners of the rim."""
+    angle = np.sort(np.append(np.angle(zone.local(chart.corners) @ [1.0, 1.0j]), -np.pi))
+    angle = angle[1:][np.diff(angle) > SINGLE] if len(angle) > 1 else angle
+    ends = np.append(2.0 * np.round((angle - angle[0]) * half / np.pi), 4 * half)
+    if np.diff(ends).min() == 0.0:
+        return np.zeros((1, 2)), (0, 0)  # in the zone: this does not lie inside
+    angle = np.append(angle, angle[0] + 2.0 * np.pi)
+    return _seen_from(chart, zone, ends, angle), (half // 2, half - half // 2)
+
+
+def _seen_from(chart: Chart, zone: ContactEllipse, ends: Array, angle: Array) -> Array:
+    """Return points of a rim in a zone's coordinates, at equal angles between corners with given
+    numbers and angles."""
+    angle = np.interp(np.arange(ends[-1]), ends, angle)
     towards = np.column_stack([np.cos(angle), np.sin(angle)])
-    way = towards @ zone.axes.T
-    along, square = way @ zone.centre, np.sum(way**2, axis=1)
-    room = float(chart.high[0] ** 2 - zone.centre @ zone.centre)
-    share = (np.sqrt(np.maximum(along**2 + square * room, 0.0)) - along) / square
-    return share[:, None] * towards, (half // 2, half - half // 2)
+    return np.asarray(chart.rays(zone.centre, towards @ zone.axes.T)[:, None] * towards)
 
 
 def _on_rectangle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array, tuple[int, int]]:
@@ -134,30 +143,22 @@ def _on_rectangle(chart: Chart, zone: ContactEllipse, half: int) -> tuple[Array,
     near = np.abs(face - zone.centre) < AROUND[1] * reach
     low, high = np.where(near, face, zone.centre + np.outer([-1.0, 1.0], AROUND[0] * reach))
     corners = zone.local(np.array([low, [high[0], low[1]], high, [low[0], high[1]]]))
-    closed = np.append(corners, corners[:1], axis=0)
-    angle = np.unwrap(np.angle(closed @ [1.0, 1.0j]))
+    angle = np.unwrap(np.angle(np.append(corners, corners[:1], axis=0) @ [1.0, 1.0j]))
     span = np.diff(angle)
     once = np.isclose(span.sum(), 2.0 * np.pi)
     if not (once and np.all((span > 0.0) & (span < np.pi))):
         return np.zeros((1, 2)), (0, 0)  # in the zone: this does not lie inside
     first = min(max(1, round(half * (span[0] + span[2]) / (2.0 * np.pi))), half - 1)
-    counts = first, half - first
-    return np.concatenate([*_side_points(closed, angle, counts)]), counts
+    cuts = np.column_stack([np.vstack([-np.eye(2), np.eye(2)]), np.append(-low, high)])
+    box = replace(chart, high=np.full(2, np.inf), cuts=cuts)
+    ends = np.cumsum([0, *2 * [2 * first, 2 * (half - first)]])
+    return _seen_from(box, zone, ends, angle), (first, half - first)
 
 
-def _side_points(closed: Array, angle: Array, counts: tuple[int, int]) -> Iterator[Array]:
-    """Yield the points of each side between corners (5, 2) that are seen at equal angles."""
-    for k, span in enumerate(np.diff(angle)):
-        phi = angle[k] + span * np.arange(2 * counts[k % 2]) / (2 * counts[k % 2])
-        towards, along = np.column_stack([np.cos(phi), np.sin(phi)]), closed[k + 1] - closed[k]
-        share = cross(closed[k], towards) / cross(towards, along)
-        yield closed[k] + share[:, None] * along
-
-
-def _around(lines: Array, rim: Array) -> Array:
+def _around(lines: Array, rim: Array, more: int) -> Array:
     """Return closed lines around a zone, those given and others up to a rim, each second one in the
-    middle of panels."""
-    shares = twice_as_fine(_widths(lines, np.linalg.norm(rim, axis=1)))[1:]
+    middle of panels; as many more rings lie outside as are asked for."""
+    shares = twice_as_fine(_widths(lines, np.linalg.norm(rim, axis=1), more))[1:]
     outside = lines[-1] + shares[:, None, None] * (rim - lines[-1])
     around = np.concatenate([twice_as_fine(lines), outside])
     return np.append(around, around[:, :1], axis=1)
@@ -198,12 +199,13 @@ def _inside(
     return np.array([*curves, disc]), [*orders, *rings * [2]]
 
 
-def _widths(lines: Array, reach: Array) -> Array:
+def _widths(lines: Array, reach: Array, more: int) -> Array:
     """Return the ends (n,) of rings between the edge and a rim, over their distance [-]."""
     narrow = np.linalg.norm(lines[-1] - lines[-2], axis=1).min()
     steps = np.log1p((reach.max() - 1.0) * (FRAMES - 1.0) / narrow) / np.log(FRAMES)
     number = max(1, int(np.ceil(steps)))
-    return (FRAMES ** np.arange(number + 1) - 1.0) / (FRAMES**number - 1.0)
+    widths = FRAMES ** (number * np.linspace(0.0, 1.0, number + more + 1))
+    return np.asarray((widths - 1.0) / (widths[-1] - 1.0))
 
 
 def _graded(low: Array, high: Array, rings: int) -> list[Array]:

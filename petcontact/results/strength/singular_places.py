@@ -46,8 +46,8 @@ from .touching import (
     Touching,
     core_of,
     facing_nodes,
-    felt,
     firmness,
+    goes_on,
     growing,
     kind_of,
     mismatch,
@@ -216,16 +216,13 @@ class _Body:
             if not angle > 0.0:  # elements of an altered file may lie on one another
                 continue
             first, does = self._sides(number)
+            if goes_on(angle, does):
+                continue
             own, under = self._expansion(angle, x, does)
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self.mesh, *data, corners, number, (first, 1 - first), does)
-            least = (
-                self._felt
-                if np.any(self._pair[self.mesh.first_node[corners.element[number]]] >= 0)
-                else SINGLE
-            )
-            expansions = growing(found, differ, least)
+            expansions = growing(found, differ)
             if expansions or differ[0] > MISMATCH:
                 yield Place(
                     self._name,
@@ -239,19 +236,12 @@ class _Body:
                     expansions,
                     isinstance(does[0], Touching) and not does[0].partner.bonded,
                     core_of(x, does),
-                    differ[1] > least,
+                    differ[1] > SINGLE,
                 )
             if under is not None and own.least < 1.0:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
                 what = "the end of a part" if smooth else "a corner"
                 yield replace(under, sides=f"under {what} of {self._name}")
-
-    @functools.cached_property
-    def _felt(self) -> float:
-        """The `mismatch` that counts beside contact."""
-        return felt(
-            self.mesh, self._step.bodies[self._name].traction, self._solution.accuracy.error
-        )
 
     def _part_of(self, element: int) -> str:
         """The name of the part of an element."""

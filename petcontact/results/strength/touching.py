@@ -16,8 +16,18 @@ from ...given.tables.material import Material
 from ...linalg.nearest import Nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import record
-from ...refinement.corner_exponents import CLAMPED, FREE, NEAR, SideKind, Slip, known_on, wedge
+from ...refinement.corner_exponents import (
+    CLAMPED,
+    FREE,
+    NEAR,
+    SLIDING,
+    SideKind,
+    Slip,
+    known_on,
+    wedge,
+)
 from ...refinement.corner_modes import Expansion
+from ...refinement.panels.edges import SMOOTH
 from ...round_off import SINGLE
 from ..records import BodyResult, PairResult
 from .corners import Corners
@@ -108,6 +118,17 @@ def core_of(x: Array, does: Iterable[Does | None]) -> float:
     unlike = [each.unlike for each in does if isinstance(each, Touching)]
     away = [np.linalg.norm(points - x, axis=1) for points in unlike]
     return float(np.concatenate([np.zeros(1), *away]).max())
+
+
+def goes_on(angle: float, does: tuple[Does, Does]) -> bool:
+    """Return whether a corner is a smooth point of a whole body: contact that slips meets a plane
+    of symmetry at a right angle.
+
+    Slip across the plane and its image are opposite. Friction opposes both and would hold them back
+    without a bound next to the plane: contact sticks there, or slips along the plane.
+    """
+    slips = isinstance(does[0], Touching) and math.isfinite(does[0].friction)
+    return slips and does[1] == SLIDING and abs(angle - 0.5 * math.pi) < SMOOTH
 
 
 def firmness(does: Does) -> int:
@@ -262,25 +283,11 @@ def mismatch(
     return float(np.linalg.norm(exact)), float(np.linalg.norm(given))
 
 
-def felt(mesh: BoundaryMesh, traction: Array, error: float) -> float:
-    """Return the `mismatch` beside contact from which on it is more than an error.
-
-    Tractions and slopes are known there to the relative error of the largest traction. A mismatch
-    adds as large a share of the mean traction as it is one of `MISMATCH`."""
-    size = lengths(traction)
-    mean = float(mesh.weight @ size / mesh.weight.sum()) or 1.0
-    return max(SINGLE, MISMATCH * float(np.nan_to_num(error)) * float(size.max()) / mean)
-
-
-def growing(
-    found: Sequence[Expansion], differ: tuple[float, float], least: float
-) -> tuple[Expansion, ...]:
+def growing(found: Sequence[Expansion], differ: tuple[float, float]) -> tuple[Expansion, ...]:
     """How stress grows towards a corner, by its `mismatch`: the expansions that have modes, or all
-    where stress is told as a value that is slow to settle.
-
-    A mismatch of at most `least` is one of errors."""
+    where stress is told as a value that is slow to settle."""
     # from λ = 2 on stress changes no more by all halvings to come than by the last one
-    slow = differ[1] > least or min(each.slowest for each in found) < 2.0 - NEAR
+    slow = differ[1] > SINGLE or min(each.slowest for each in found) < 2.0 - NEAR
     modes = tuple(each for each in found if each.modes)
     return modes or tuple(found) * (slow and differ[0] <= MISMATCH)
 

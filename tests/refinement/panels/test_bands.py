@@ -8,7 +8,7 @@ import pytest
 from curved_bodies import vector_area
 
 from petcontact import Revolved
-from petcontact.geometry.charts import chart_of
+from petcontact.geometry.charts import chart_of, disc_of
 from petcontact.geometry.round_surfaces import CylinderSurface, SphereSurface
 from petcontact.geometry.surface import BoxSurface
 from petcontact.given.values import as_given
@@ -28,6 +28,7 @@ from petcontact.refinement.panels.frames import one_frame, outermost
 from petcontact.refinement.panels.panel_cuts import too_large
 from petcontact.refinement.panels.quartering import cut
 from petcontact.refinement.panels.ridge import ridge_of
+from petcontact.refinement.panels.zone import ContactEllipse
 
 BOX = BoxSurface(np.array([-3.0, -3.0, -6.0]), np.array([3.0, 3.0, 0.0]))
 
@@ -438,3 +439,22 @@ def test_slices_are_as_wide_as_those_of_gaps_that_are_not_parabolic(power):
     n, share = power // 2, {2: 1.0 / 2.0, 4: 3.0 / 8.0, 6: 15.0 / 48.0}[power]
     exact = (found.load[middle] / (np.pi * 1000.0 * 20.0 * n * share)) ** (1.0 / power)
     assert 0.99 * exact < found.half[middle] < 1.2 * exact
+
+
+@pytest.mark.parametrize("number", [2, 3, 4])
+def test_zones_on_a_disc_have_a_piece_each(number):
+    """All pieces fill the disc once, and equal zones at equal angles have as many panels."""
+    surface = CylinderSurface(np.array([0.0, 0, -5.0]), np.zeros(3), 10.0)
+    chart, turn = disc_of(surface, "top"), 0.1 + 2.0 * np.pi * np.arange(number) / number
+    zones = [ContactEllipse(6.0 * np.array([np.cos(k), np.sin(k)]), 0.25 * np.eye(2)) for k in turn]
+    mesh = round_mesh(surface, 3.0, 1)
+    made = banded(mesh, "top", *((chart, zone, 0) for zone in zones))
+    nodes = made.nodes_of("top")
+    x, weight = made.x[nodes], made.weight[nodes]
+    assert weight.sum() == pytest.approx(100.0 * np.pi, rel=2e-3)
+    assert weight @ x[:, 0] ** 2 == pytest.approx(2500.0 * np.pi, rel=4e-3)
+    owner = np.argmin([np.linalg.norm(chart.local(x) - zone.centre, axis=1) for zone in zones], 0)
+    assert len({*np.bincount(owner).tolist()}) == 1
+    assert np.linalg.norm(vector_area(made)) < 1e-3 * weight.sum()  # parabolas at the rim
+    near = ContactEllipse(zones[0].centre + 0.4, 0.25 * np.eye(2))
+    assert banded(mesh, "top", (chart, zones[0], 0), (chart, near, 0)) is None  # zones that meet
