@@ -10,10 +10,12 @@ from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, tou
 
 from petcontact import solve
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
+from petcontact.refinement.corner_exponents import SLIDING
+from petcontact.refinement.corner_modes import corner_expansion
 from petcontact.results.strength.corners import corners_of
 from petcontact.results.strength.singular_places import singular_places
 from petcontact.results.strength.strengths import fits
-from petcontact.results.strength.touching import nodes_beside, pressed_at
+from petcontact.results.strength.touching import growing, nodes_beside, pressed_at
 from petcontact.sweep.quantities import unbounded_pressure
 
 
@@ -209,6 +211,14 @@ def test_faces_of_symmetry_have_no_places():
     solution = solve(problem(body=[body]))
     assert not singular_places(solution, solution.last)["shell"]
     assert not strengths(solution)
+
+
+def test_shears_that_differ_by_the_error_of_a_solution_do_not_grow():
+    """Where a contact meets a plane of symmetry, say. Of an O-ring they made p ten times as
+    uncertain."""
+    right = corner_expansion(math.pi / 2.0, 1.8, SLIDING, SLIDING)
+    assert not growing((right,), (0.001, 0.001), 0.01)
+    assert growing((right,), (0.02, 0.02), 0.01) == (right,)
 
 
 OCTAGON = [

@@ -46,6 +46,7 @@ from .touching import (
     Touching,
     core_of,
     facing_nodes,
+    felt,
     firmness,
     goes_on,
     growing,
@@ -222,7 +223,12 @@ class _Body:
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self.mesh, *data, corners, number, (first, 1 - first), does)
-            expansions = growing(found, differ)
+            least = (
+                self._felt
+                if np.any(self._pair[self.mesh.first_node[corners.element[number]]] >= 0)
+                else SINGLE
+            )
+            expansions = growing(found, differ, least)
             if expansions or differ[0] > MISMATCH:
                 yield Place(
                     self._name,
@@ -236,12 +242,19 @@ class _Body:
                     expansions,
                     isinstance(does[0], Touching) and not does[0].partner.bonded,
                     core_of(x, does),
-                    differ[1] > SINGLE,
+                    differ[1] > least,
                 )
             if under is not None and own.least < 1.0:
                 smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
                 what = "the end of a part" if smooth else "a corner"
                 yield replace(under, sides=f"under {what} of {self._name}")
+
+    @functools.cached_property
+    def _felt(self) -> float:
+        """The `mismatch` that counts beside contact."""
+        return felt(
+            self.mesh, self._step.bodies[self._name].traction, self._solution.accuracy.error
+        )
 
     def _part_of(self, element: int) -> str:
         """The name of the part of an element."""

@@ -283,11 +283,25 @@ def mismatch(
     return float(np.linalg.norm(exact)), float(np.linalg.norm(given))
 
 
-def growing(found: Sequence[Expansion], differ: tuple[float, float]) -> tuple[Expansion, ...]:
+def felt(mesh: BoundaryMesh, traction: Array, error: float) -> float:
+    """Return the `mismatch` beside contact from which on it is more than an error.
+
+    Tractions and slopes are known there to the relative error of the largest traction. A mismatch
+    adds as large a share of the mean traction as it is one of `MISMATCH`."""
+    size = lengths(traction)
+    mean = float(mesh.weight @ size / mesh.weight.sum()) or 1.0
+    return max(SINGLE, MISMATCH * float(np.nan_to_num(error)) * float(size.max()) / mean)
+
+
+def growing(
+    found: Sequence[Expansion], differ: tuple[float, float], least: float
+) -> tuple[Expansion, ...]:
     """How stress grows towards a corner, by its `mismatch`: the expansions that have modes, or all
-    where stress is told as a value that is slow to settle."""
+    where stress is told as a value that is slow to settle.
+
+    A mismatch of at most `least` is one of errors."""
     # from λ = 2 on stress changes no more by all halvings to come than by the last one
-    slow = differ[1] > SINGLE or min(each.slowest for each in found) < 2.0 - NEAR
+    slow = differ[1] > least or min(each.slowest for each in found) < 2.0 - NEAR
     modes = tuple(each for each in found if each.modes)
     return modes or tuple(found) * (slow and differ[0] <= MISMATCH)
 
