@@ -14,13 +14,14 @@ from ...arrays import Array, Index, Mask, largest_by, scattered
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN, SLIP
 from ...fields.boundary.places import located, sizes
-from ..contact_zones import in_doubt
+from ...record import replace
+from ..contact_zones import hidden_slip, in_doubt
 from ..evaluated import Evaluated
 from ..records import PairResult
 from ..strength.strengths import beside, growth
-from .number import DISPLACEMENT, Key, Number
+from .number import DISPLACEMENT, ENERGY, Key, Number
 from .peaks import stress_name
-from .printed import end_of
+from .printed import contact_of, end_of
 from .stress_errors import Left, NearStress, stress_change
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
@@ -32,6 +33,8 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
 ALL = Left()
 """All of a difference is left."""
+HIDDEN = "slipping", "largest slip", ENERGY
+"""Numbers of what `hidden_slip` tells, in its order."""
 STATES: dict[str, Callable[[PairResult], Mask]] = {
     "contact area": lambda pair: np.asarray(pair.state != OPEN),
     "slipping": lambda pair: np.asarray(pair.state == SLIP),
@@ -57,6 +60,8 @@ def change_of(
     if before is None:
         return np.nan
     apart = float(np.abs(number.value - before.value).max())
+    if not number.size and number.name in HIDDEN:
+        return max(apart, _may_slip(solution, coarser, number))
     if number.name == DISPLACEMENT:
         return max(apart, _displacement_change(solution, coarser, number))
     if number.name in STATES:
@@ -69,10 +74,27 @@ def _in_doubt(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
     opens = (side.name for side in solution.posed.interfaces if side.law.normal == "unilateral")
     if number.of not in opens:
         return 0.0
-    pair, before = (end_of(each, number).pairs[number.of] for each in (solution, coarser))
+    pair, change = _changed(solution, coarser, number, "largest p")
     mesh, nodes = solution.meshes[solution.sides[number.of][0]], solution.nodes[number.of]
-    change = np.abs(_carried(coarser, number.of, before.pressure, mesh.x[nodes]) - pair.pressure)
-    return in_doubt(mesh, nodes, pair, STATES[number.name](pair), np.nan_to_num(change))
+    return in_doubt(mesh, nodes, pair, STATES[number.name](pair), change)
+
+
+def _may_slip(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
+    """Return the area, the slip or the energy of what may slip, though all that touches sticks: q
+    is more than friction bears with its change."""
+    pair, change = _changed(solution, coarser, number, "largest q")
+    more = replace(pair, sigma_t=(lengths(pair.sigma_t) + change)[:, None])
+    hidden = hidden_slip(*contact_of(solution, end_of(solution, number), number.of, more))
+    return hidden[HIDDEN.index(number.name)]
+
+
+def _changed(
+    solution: Evaluated, coarser: Evaluated, number: Number, name: str
+) -> tuple[PairResult, Array]:
+    """Return a pair, and how much a function of it changes at its nodes, where that is known."""
+    pair, before = (end_of(each, number).pairs[number.of] for each in (solution, coarser))
+    there = _carried(coarser, number.of, FUNCTIONS[name](before), pair.x)
+    return pair, np.nan_to_num(np.abs(there - FUNCTIONS[name](pair)))
 
 
 def _displacement_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:

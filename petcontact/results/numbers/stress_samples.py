@@ -128,10 +128,19 @@ class Samples(Keeping):
         """Find the stress on arcs about places, each between two angles, all at once."""
         new = [arc for arc in arcs if arc not in self._near]
         if new:
-            points = [place.around(np.linspace(low, high, ROUND)) for place, low, high in new]
-            state = self._fields.at(np.vstack(points), outside=np.nan)
+            points = np.vstack([self._arc(*arc) for arc in new])
+            state = self._fields.at(points, outside=np.nan)
             for k, arc in enumerate(new):
                 self._near[arc] = state.take(slice(k * ROUND, (k + 1) * ROUND))
+
+    def _arc(self, place: Place, low: float, high: float) -> Array:
+        """Points of an arc; those at its sides lie on the surface, which may be curved."""
+        mesh, theta = self._fields.mesh, np.linspace(low, high, ROUND)
+        points, ends = place.around(theta), (theta == 0.0) | (theta == place.angle)
+        element, foot = located(mesh, points, within=sizes(mesh))
+        ends &= (element >= 0) & (len(place.elements) > 0)
+        points[ends] = mesh.at(element[ends], foot[ends])[0]
+        return points
 
     def largest_on_arc(
         self, key: str, place: Place, low: float = 0.0, high: float | None = None

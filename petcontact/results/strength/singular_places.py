@@ -19,7 +19,7 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
-from ...fields.boundary.places import meeting, sizes
+from ...fields.boundary.places import located, meeting, sizes
 from ...geometry.rotation import lifted
 from ...given.conditions import Condition, Displacement, Periodic
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -368,9 +368,10 @@ class _Body:
 
     def _smooth_place(self, x: Array, elements: Index, closed: Touching) -> Place:
         """The place on smooth elements that an edge of the other body presses."""
-        mesh = self.mesh
-        outward = float(mesh.normal[mesh.first_node[elements[0]]] @ closed.normal)
-        frame = closed.along, math.copysign(1.0, -outward) * closed.normal
+        # sides that touch may be turned by as much as gaps are wide
+        inward = -self.mesh.at(*located(self.mesh, x[None], within=sizes(self.mesh)))[1][0]
+        along = closed.along - (closed.along @ inward) * inward
+        frame = along / np.linalg.norm(along), inward
         return Place(
             self._name,
             np.array([x, x]),
