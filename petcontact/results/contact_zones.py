@@ -165,9 +165,8 @@ def _ends_of_stick(
     """Yield elements in which stick ends though no node slips: the largest q there, g, and the
     shear that slip takes away.
 
-    It is g, or the part of q by which the least g is less than g, or by which q is more at an end.
-    In a drawn punch (seed 61 of `scripts/verify_space`) slip was half of what this makes, an eighth
-    of what g makes.
+    It is g, or the part of q by which the least g is less than g. In a drawn punch (seed 61 of
+    `scripts/verify_space`) slip was half of what this makes, an eighth of what g makes.
     """
     closed, (numbers, row) = pair.state != OPEN, np.unique(mesh.element[nodes], return_inverse=True)
     q, g = _shear_at_ends(mesh, nodes, pair, numbers)
@@ -179,8 +178,7 @@ def _ends_of_stick(
         if np.all(pair.state[rows] == STICK) and 0.0 < bound.min(initial=np.inf) < np.inf:
             most = max(float(q[:, k].max()), float(lengths(pair.sigma_t[rows]).max()))
             mean, least = float(bound.mean()), max(float(g[:, k].min()), 0.0)
-            above = max(most * (1.0 - least / mean), float((q - g)[:, k].max()), 0.0)
-            freed = mean if endless[k] else min(above, mean)
+            freed = mean if endless[k] else most * max(1.0 - least / mean, 0.0)
             yield int(numbers[k]), most, mean, freed
 
 

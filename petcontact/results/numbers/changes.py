@@ -14,7 +14,6 @@ from ...arrays import Array, Index, Mask, largest_by, scattered
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN, SLIP
 from ...fields.boundary.places import located, sizes
-from ...record import replace
 from ..contact_zones import hidden_slip, in_doubt
 from ..evaluated import Evaluated
 from ..records import PairResult
@@ -31,8 +30,6 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
-ALL = Left()
-"""All of a difference is left."""
 HIDDEN = "slipping", "largest slip", ENERGY
 """Numbers of what `hidden_slip` tells, in its order."""
 STATES: dict[str, Callable[[PairResult], Mask]] = {
@@ -48,7 +45,7 @@ def change_of(
     number: Number,
     before: Number | None,
     stresses: dict[Key, NearStress],
-    left: Left = ALL,
+    left: Left,
 ) -> float:
     """Return the error of a number by its difference on two meshes; `left` is how much of that is
     taken to be left on the finer one."""
@@ -80,11 +77,14 @@ def _in_doubt(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
 
 
 def _may_slip(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
-    """Return the area, the slip or the energy of what may slip, though all that touches sticks: q
-    is more than friction bears with its change."""
+    """Return the area, the slip or the energy of what may slip, though all that touches sticks: q,
+    with its change, is more than friction bears."""
     pair, change = _changed(solution, coarser, number, "largest q")
-    more = replace(pair, sigma_t=(lengths(pair.sigma_t) + change)[:, None])
-    hidden = hidden_slip(*contact_of(solution, end_of(solution, number), number.of, more))
+    mesh, nodes, _, compliance, endless = contact_of(
+        solution, end_of(solution, number), number.of, pair
+    )
+    doubted = mesh.element[nodes[lengths(pair.sigma_t) + change > pair.bound]].tolist()
+    hidden = hidden_slip(mesh, nodes, pair, compliance, [*endless, *doubted])
     return hidden[HIDDEN.index(number.name)]
 
 
@@ -140,7 +140,7 @@ def counted(solution: Evaluated, number: Number) -> Mask:
     if key is None:
         return closed
     values = FUNCTIONS[number.name](pair) * closed
-    return np.asarray(closed & ~beside(solution, end, number.of, key, values).hidden)
+    return np.asarray(closed & ~beside(solution, end, number.of, key, values)[0])
 
 
 def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:

@@ -51,6 +51,7 @@ from .touching import (
     growing,
     kind_of,
     mismatch,
+    nearest,
     nodes_beside,
     partner_of,
     pressed_at,
@@ -76,7 +77,8 @@ def _places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place
     for body in bodies.values():
         found = (body.at_corners(), body.at_edges_of_gaps(), body.at_forces())
         for place in itertools.chain(*found):
-            places[place.weak][place.body].append(place)
+            weak = place.expansions and not any(each.modes for each in place.expansions)
+            places[bool(weak)][place.body].append(place)
     return places
 
 
@@ -274,9 +276,8 @@ class _Body:
         nodes = mesh.once(
             ("beside", number, side, reach), lambda: nodes_beside(mesh, ends, part, element, reach)
         )
-        # a contact may be narrower than what lies near
         own = self._touched(nodes[mesh.element[nodes] == element], along, across)
-        touched = own if (most := self._touched(nodes, along, across)) == FREE else most
+        touched = nearest(own, self._touched(nodes, along, across))
         if isinstance(touched, Touching) and not self._reaches(number, touched):
             return FREE
         if touched is not None:
@@ -291,7 +292,7 @@ class _Body:
         to, ends = closed.partner, self._corners.ends[number]
         slack = max(TOGETHER * float(np.linalg.norm(ends[1] - ends[0])), SINGLE * self._whole)
         x = self._corners.x[number]
-        return not to.body or opposite(self._bodies[to.body].mesh, x, closed).off <= slack
+        return not to.body or opposite(self._bodies[to.body].mesh, x, closed)[2] <= slack
 
     def _is_closed(self) -> Mask:
         """Which nodes are in contact that is closed."""
@@ -358,27 +359,27 @@ class _Body:
         """The angle of the corner that a point of the other body faces and what its side off the
         contact does; where there is none those of a smooth free side, and the place on it that the
         point faces."""
-        corners, at = self._corners, opposite(self.mesh, x, closed)
-        number = corners.meeting(at.foot, at.elements)
+        corners, at = self._corners, opposite(self.mesh, x, closed)[:2]
+        number = corners.meeting(*at)
         if number is not None:
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
             return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None
-        return math.pi, FREE, self._smooth_place(at.foot, at.elements, closed)
+        return math.pi, FREE, self._smooth_place(*at, closed)
 
     def _smooth_place(self, x: Array, elements: Index, closed: Touching) -> Place:
         """The place on smooth elements that an edge of the other body presses."""
         # sides that touch may be turned by as much as gaps are wide
         inward = -self.mesh.at(*located(self.mesh, x[None], within=sizes(self.mesh)))[1][0]
         along = closed.along - (closed.along @ inward) * inward
-        frame = along / np.linalg.norm(along), inward
         return Place(
             self._name,
             np.array([x, x]),
             tuple(elements.tolist()),
             "",
             self._size(x),
-            *frame,
+            along / np.linalg.norm(along),
+            inward,
             pressed=not closed.partner.bonded,
             core=core_of(x, (closed,)),
         )
