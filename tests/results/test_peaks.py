@@ -9,6 +9,7 @@ from shapes import cuboid, drawn, moved, outline, problem, rectangle, rollers, s
 from petcontact import adapt, solve
 from petcontact.refinement.singular_points import corner_exponents
 from petcontact.results.numbers.peaks import stress_peaks
+from petcontact.results.numbers.stress_samples import Samples
 from petcontact.results.strength.corners import corners_of
 from petcontact.results.strength.singular_places import singular_places
 
@@ -167,6 +168,33 @@ def test_the_largest_stress_beside_corners_is_that_of_any_of_them():
     )
     assert largest.value[0] == pytest.approx(1000.0, rel=0.02)
     np.testing.assert_allclose(largest.place, [1.0, 0.15], atol=1e-4)
+
+
+def test_stress_beside_a_punch_on_a_round_body_is_told_on_its_surface_too():
+    """Without friction the first principal stress is largest there, off the tangent of the corner;
+    left and right it is the same."""
+    ends = {"left": (-1.5, -2.0), "bottom": (1.5, -2.0), "right": (1.5, -0.677124344467705)}
+    lower = outline(**ends, top=(-1.5, -0.677124344467705, 2.0))
+    foot = -0.0404082057734577
+    sides = {"right": (0.4, 1.0), "top": (-0.4, 1.0), "left": (-0.4, foot)}
+    upper = outline(bottom=(0.4, foot, -2.0), **sides)
+    bodies = [
+        solid("upper", upper, moved("top", [0.0, -0.02])),
+        solid("lower", lower, moved("bottom", [0.0, 0.0])),
+    ]
+    solution = adapt(problem(body=bodies, contact=[touching("pair", "upper.bottom", "lower.top")]))
+    samples = Samples(solution, "lower", solution.last)
+    under = [
+        place
+        for place in singular_places(solution, solution.last)["lower"]
+        if place.sides == "under a corner of upper"
+    ]
+    (left, at), (right, other) = (
+        samples.largest_on_arc("first_principal", place)[:2] for place in under
+    )
+    assert left == pytest.approx(4.0e-4, rel=0.02) and right == pytest.approx(left, rel=0.01)
+    for x in (at, other):
+        assert np.hypot(x[0], x[1] + 2.0) == pytest.approx(2.0, rel=1e-9)
 
 
 def test_stress_that_grows_up_to_the_surface_has_no_top_inside():

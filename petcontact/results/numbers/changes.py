@@ -14,13 +14,13 @@ from ...arrays import Array, Index, Mask, largest_by, scattered
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN, SLIP
 from ...fields.boundary.places import located, sizes
-from ..contact_zones import in_doubt
+from ..contact_zones import hidden_slip, in_doubt
 from ..evaluated import Evaluated
 from ..records import PairResult
 from ..strength.strengths import beside, growth
-from .number import DISPLACEMENT, Key, Number
+from .number import DISPLACEMENT, ENERGY, Key, Number
 from .peaks import stress_name
-from .printed import end_of
+from .printed import contact_of, end_of
 from .stress_errors import Left, NearStress, stress_change
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
@@ -30,8 +30,8 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
-ALL = Left()
-"""All of a difference is left."""
+HIDDEN = "slipping", "largest slip", ENERGY
+"""Numbers of what `hidden_slip` tells, in its order."""
 STATES: dict[str, Callable[[PairResult], Mask]] = {
     "contact area": lambda pair: np.asarray(pair.state != OPEN),
     "slipping": lambda pair: np.asarray(pair.state == SLIP),
@@ -45,7 +45,7 @@ def change_of(
     number: Number,
     before: Number | None,
     stresses: dict[Key, NearStress],
-    left: Left = ALL,
+    left: Left,
 ) -> float:
     """Return the error of a number by its difference on two meshes; `left` is how much of that is
     taken to be left on the finer one."""
@@ -57,6 +57,8 @@ def change_of(
     if before is None:
         return np.nan
     apart = float(np.abs(number.value - before.value).max())
+    if not number.size and number.name in HIDDEN:
+        return max(apart, _may_slip(solution, coarser, number))
     if number.name == DISPLACEMENT:
         return max(apart, _displacement_change(solution, coarser, number))
     if number.name in STATES:
@@ -69,10 +71,30 @@ def _in_doubt(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
     opens = (side.name for side in solution.posed.interfaces if side.law.normal == "unilateral")
     if number.of not in opens:
         return 0.0
-    pair, before = (end_of(each, number).pairs[number.of] for each in (solution, coarser))
+    pair, change = _changed(solution, coarser, number, "largest p")
     mesh, nodes = solution.meshes[solution.sides[number.of][0]], solution.nodes[number.of]
-    change = np.abs(_carried(coarser, number.of, before.pressure, mesh.x[nodes]) - pair.pressure)
-    return in_doubt(mesh, nodes, pair, STATES[number.name](pair), np.nan_to_num(change))
+    return in_doubt(mesh, nodes, pair, STATES[number.name](pair), change)
+
+
+def _may_slip(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
+    """Return the area, the slip or the energy of what may slip, though all that touches sticks: q,
+    with its change, is more than friction bears."""
+    pair, change = _changed(solution, coarser, number, "largest q")
+    mesh, nodes, _, compliance, endless = contact_of(
+        solution, end_of(solution, number), number.of, pair
+    )
+    doubted = mesh.element[nodes[lengths(pair.sigma_t) + change > pair.bound]].tolist()
+    hidden = hidden_slip(mesh, nodes, pair, compliance, [*endless, *doubted])
+    return hidden[HIDDEN.index(number.name)]
+
+
+def _changed(
+    solution: Evaluated, coarser: Evaluated, number: Number, name: str
+) -> tuple[PairResult, Array]:
+    """Return a pair, and how much a function of it changes at its nodes, where that is known."""
+    pair, before = (end_of(each, number).pairs[number.of] for each in (solution, coarser))
+    there = _carried(coarser, number.of, FUNCTIONS[name](before), pair.x)
+    return pair, np.nan_to_num(np.abs(there - FUNCTIONS[name](pair)))
 
 
 def _displacement_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
@@ -118,7 +140,7 @@ def counted(solution: Evaluated, number: Number) -> Mask:
     if key is None:
         return closed
     values = FUNCTIONS[number.name](pair) * closed
-    return np.asarray(closed & ~beside(solution, end, number.of, key, values).hidden)
+    return np.asarray(closed & ~beside(solution, end, number.of, key, values)[0])
 
 
 def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:

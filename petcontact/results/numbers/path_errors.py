@@ -12,7 +12,7 @@ from ..records import StepResult
 from .changes import FUNCTIONS, STATES, change_of, counted
 from .number import ENERGY, Key, Number
 from .printed import End, by_key, end_of, ends_of
-from .stress_errors import NearStress, stresses_near
+from .stress_errors import Left, NearStress, stresses_near
 
 COARSER = 2.0
 """What changes along paths may be over those on a coarser mesh, which sees maxima less: 18 rollers
@@ -117,5 +117,5 @@ def _path_change(
             rows = counted(solution, number)
             return float(np.abs(first - second)[rows].max(initial=0.0))
         least = float(one.weight @ (STATES[name](one) != STATES[name](two)))
-    change = change_of(solution, other, number, there.get(number.key), stresses)
+    change = change_of(solution, other, number, there.get(number.key), stresses, Left())
     return float(np.maximum(least, change))

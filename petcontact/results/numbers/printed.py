@@ -43,7 +43,6 @@ class _OfStep:
         self._solution, self._increments, self._step = solution, increments, increments[-1]
         self._compared = compared
         self._fits = fits(solution, self._step)
-        self._places = singular_places(solution, self._step)
         # bodies of revolution without torsion cannot turn
         self._motions = next(iter(solution.meshes.values())).motions
         turns = self._motions.planes
@@ -92,7 +91,7 @@ class _OfStep:
         closed = pair.state != OPEN
         pressure = np.where(closed, pair.pressure, 0.0)
         yield self._largest_traction("largest p", name, pressure, "pressure", np.inf)
-        contact = *self._contact(name), self._singular(name)
+        contact = contact_of(self._solution, self._step, name, self._moving(name))
         hidden, far, taken, bound = hidden_slip(*contact)
         q = lengths(pair.sigma_t) * closed
         left = max(0.0, bound - float(q.max()))
@@ -122,17 +121,6 @@ class _OfStep:
         left = np.nan_to_num(left) + taken + moved * force * rest
         yield self._number(ENERGY, name, spent, "moment", moved * force, alone=left)
 
-    def _contact(self, name: str) -> tuple[BoundaryMesh, Index, PairResult, float]:
-        """Return the mesh, the nodes, the result and the compliance of a pair, as for `areas`."""
-        solution, (body, _) = self._solution, self._solution.sides[name]
-        materials = {each.name: each.material for each in solution.problem.body}
-        owners = {body, solution.primaries.get(name, NOWHERE)[0]} & set(materials)
-        compliance = sum(
-            (1.0 - materials[each].plane_strain_ratio) / materials[each].shear_modulus
-            for each in owners
-        )
-        return solution.meshes[body], solution.nodes[name], self._moving(name), compliance
-
     def _moving(self, name: str) -> PairResult:
         """Return the result of a pair with the slip of the last increment in which it slipped: a
         step that moves nothing has the edges of stick of the one before."""
@@ -144,11 +132,6 @@ class _OfStep:
         slid = (each.pairs[name].slip_increment for each in reversed(list(before)))
         moved = next((each for each in slid if np.abs(each).max(initial=0.0) > least), None)
         return pair if moved is None else replace(pair, slip_increment=moved)
-
-    def _singular(self, of: str) -> list[int]:
-        """Return the elements of a secondary at places where stress has no bound."""
-        places = self._places[self._solution.sides[of][0]]
-        return [element for place in places for element in place.elements]
 
     def _largest(
         self, word: str, of: str, values: Array, unit: str, scale: float = 0.0, alone: float = 0.0
@@ -162,15 +145,15 @@ class _OfStep:
         self, word: str, of: str, values: Array, key: str, bound: Array | float, alone: float = 0.0
     ) -> Number:
         """Return the maximum of a traction that may have no bound, at most what friction allows."""
-        near = beside(self._solution, self._step, of, key, values)
+        hidden, endless = beside(self._solution, self._step, of, key, values)
         mesh, nodes = self._solution.meshes[self._solution.sides[of][0]], self._solution.nodes[of]
-        kept = values if near.endless is not None else np.where(near.hidden, 0.0, values)
+        kept = values if endless is not None else np.where(hidden, 0.0, values)
         top, place, _ = maximum(mesh, nodes, kept, bound)
-        if near.endless is None or not top > 0.0:
+        if endless is None or not top > 0.0:
             at = self._solution.sides[of][0], place[None]
             alone = max(alone, top * float(growth(self._solution, self._step, *at)[0, 0]))
             return self._number(word, of, top, "stress", place=place, alone=alone)
-        return self._number(word, of, top, "stress", place=near.endless, error=np.inf, alone=alone)
+        return self._number(word, of, top, "stress", place=endless, error=np.inf, alone=alone)
 
     def _strengths(self) -> Iterator[Number]:
         """Yield K of each place without a bound, in the order of their exponents; of edges between
@@ -236,6 +219,23 @@ class _OfStep:
                         f"{unit} on {part}", body.name, value, unit, max(acting, rough) * arm
                     )
                     yield replace(one, scale=acting * arm)
+
+
+def contact_of(
+    solution: Evaluated, step: StepResult, name: str, pair: PairResult
+) -> tuple[BoundaryMesh, Index, PairResult, float, list[int]]:
+    """Return the mesh and the nodes of a pair, a result of it, its compliance, and the elements of
+    the secondary at places where stress has no bound, as for `areas`."""
+    body = solution.sides[name][0]
+    materials = {each.name: each.material for each in solution.problem.body}
+    owners = {body, solution.primaries.get(name, NOWHERE)[0]} & set(materials)
+    compliance = sum(
+        (1.0 - materials[each].plane_strain_ratio) / materials[each].shear_modulus
+        for each in owners
+    )
+    places = singular_places(solution, step)[body]
+    elements = [element for place in places for element in place.elements]
+    return solution.meshes[body], solution.nodes[name], pair, compliance, elements
 
 
 def resultant(pair: PairResult) -> tuple[float, float]:

@@ -63,6 +63,7 @@ class Samples(Keeping):
     def __init__(self, solution: Evaluated, body: str, step: StepResult) -> None:
         self._solution, self.body, self._step = solution, body, step
         self._fields = solution.body_fields(body, step)
+        self.fields_known = self._fields.known  # whether stress inside the body is
         self._near = dict[Hashable, StressState]()
         self._found = dict[str, Array]()
         mesh, places = self._fields.mesh, singular_places(solution, step)[body]
@@ -85,11 +86,6 @@ class Samples(Keeping):
         self._least = max(NOTHING * largest, SUMMED * material.young_modulus * strain)
         self._reach = {each: each.reach(mesh) for each in filter(self._grows, places)}
 
-    @property
-    def fields_known(self) -> bool:
-        """Whether stress inside the body is known."""
-        return self._fields.known
-
     def _grows(self, place: Place) -> bool:
         """Whether stress may grow towards a place.
 
@@ -111,11 +107,11 @@ class Samples(Keeping):
 
     def endless(self, key: str) -> list[tuple[float, Place]]:
         """Return the largest stress at samples about each place without a bound, and the place."""
-        return [(self._ring(key, place), place) for place in self._reach]
-
-    def _ring(self, key: str, place: Place) -> float:
-        """The largest stress at samples about a place, looked for once."""
-        return self.once((key, place), lambda: level(place.away(self._x), place, self._values(key)))
+        values = self._values(key)
+        return self.once(
+            ("endless", key),
+            lambda: [(level(each.away(self._x), each, values), each) for each in self._reach],
+        )
 
     def without_bound(self, name: str, place: Place) -> Number:
         """Return the number that says that a stress has no bound at a place, in no step."""
@@ -128,10 +124,19 @@ class Samples(Keeping):
         """Find the stress on arcs about places, each between two angles, all at once."""
         new = [arc for arc in arcs if arc not in self._near]
         if new:
-            points = [place.around(np.linspace(low, high, ROUND)) for place, low, high in new]
-            state = self._fields.at(np.vstack(points), outside=np.nan)
+            points = np.vstack([self._arc(*arc) for arc in new])
+            state = self._fields.at(points, outside=np.nan)
             for k, arc in enumerate(new):
                 self._near[arc] = state.take(slice(k * ROUND, (k + 1) * ROUND))
+
+    def _arc(self, place: Place, low: float, high: float) -> Array:
+        """Points of an arc; those at its sides lie on the surface, which may be curved."""
+        mesh, theta = self._fields.mesh, np.linspace(low, high, ROUND)
+        points, ends = place.around(theta), (theta == 0.0) | (theta == place.angle)
+        element, foot = located(mesh, points, within=sizes(mesh))
+        ends &= (element >= 0) & (len(place.elements) > 0)
+        points[ends] = mesh.at(element[ends], foot[ends])[0]
+        return points
 
     def largest_on_arc(
         self, key: str, place: Place, low: float = 0.0, high: float | None = None

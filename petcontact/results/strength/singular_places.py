@@ -19,7 +19,7 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
-from ...fields.boundary.places import meeting, sizes
+from ...fields.boundary.places import located, meeting, sizes
 from ...geometry.rotation import lifted
 from ...given.conditions import Condition, Displacement, Periodic
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -52,6 +52,7 @@ from .touching import (
     growing,
     kind_of,
     mismatch,
+    nearest,
     nodes_beside,
     partner_of,
     pressed_at,
@@ -77,7 +78,8 @@ def _places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place
     for body in bodies.values():
         found = (body.at_corners(), body.at_edges_of_gaps(), body.at_forces())
         for place in itertools.chain(*found):
-            places[place.weak][place.body].append(place)
+            weak = place.expansions and not any(each.modes for each in place.expansions)
+            places[bool(weak)][place.body].append(place)
     return places
 
 
@@ -223,11 +225,8 @@ class _Body:
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self.mesh, *data, corners, number, (first, 1 - first), does)
-            least = (
-                self._felt
-                if np.any(self._pair[self.mesh.first_node[corners.element[number]]] >= 0)
-                else SINGLE
-            )
+            beside = bool(np.any(self._pair[self.mesh.first_node[corners.element[number]]] >= 0))
+            least = felt(self.mesh, data[0].traction, self._solution.accuracy.error * beside)
             expansions = growing(found, differ, least)
             if expansions or differ[0] > MISMATCH:
                 yield Place(
@@ -245,16 +244,9 @@ class _Body:
                     differ[1] > least,
                 )
             if under is not None and own.least < 1.0:
-                smooth = abs(angle - math.pi) < SMOOTH  # a part may end where the side goes on
-                what = "the end of a part" if smooth else "a corner"
+                # a part may end where the side goes on
+                what = "the end of a part" if abs(angle - math.pi) < SMOOTH else "a corner"
                 yield replace(under, sides=f"under {what} of {self._name}")
-
-    @functools.cached_property
-    def _felt(self) -> float:
-        """The `mismatch` that counts beside contact."""
-        return felt(
-            self.mesh, self._step.bodies[self._name].traction, self._solution.accuracy.error
-        )
 
     def _part_of(self, element: int) -> str:
         """The name of the part of an element."""
@@ -277,9 +269,8 @@ class _Body:
         nodes = mesh.once(
             ("beside", number, side, reach), lambda: nodes_beside(mesh, ends, part, element, reach)
         )
-        # a contact may be narrower than what lies near
         own = self._touched(nodes[mesh.element[nodes] == element], along, across)
-        touched = own if (most := self._touched(nodes, along, across)) == FREE else most
+        touched = nearest(own, self._touched(nodes, along, across))
         if isinstance(touched, Touching) and not self._reaches(number, touched):
             return FREE
         if touched is not None:
@@ -294,7 +285,7 @@ class _Body:
         to, ends = closed.partner, self._corners.ends[number]
         slack = max(TOGETHER * float(np.linalg.norm(ends[1] - ends[0])), SINGLE * self._whole)
         x = self._corners.x[number]
-        return not to.body or opposite(self._bodies[to.body].mesh, x, closed).off <= slack
+        return not to.body or opposite(self._bodies[to.body].mesh, x, closed)[2] <= slack
 
     def _is_closed(self) -> Mask:
         """Which nodes are in contact that is closed."""
@@ -361,26 +352,27 @@ class _Body:
         """The angle of the corner that a point of the other body faces and what its side off the
         contact does; where there is none those of a smooth free side, and the place on it that the
         point faces."""
-        corners, at = self._corners, opposite(self.mesh, x, closed)
-        number = corners.meeting(at.foot, at.elements)
+        corners, at = self._corners, opposite(self.mesh, x, closed)[:2]
+        number = corners.meeting(*at)
         if number is not None:
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
             return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None
-        return math.pi, FREE, self._smooth_place(at.foot, at.elements, closed)
+        return math.pi, FREE, self._smooth_place(*at, closed)
 
     def _smooth_place(self, x: Array, elements: Index, closed: Touching) -> Place:
         """The place on smooth elements that an edge of the other body presses."""
-        mesh = self.mesh
-        outward = float(mesh.normal[mesh.first_node[elements[0]]] @ closed.normal)
-        frame = closed.along, math.copysign(1.0, -outward) * closed.normal
+        # sides that touch may be turned by as much as gaps are wide
+        inward = -self.mesh.at(*located(self.mesh, x[None], within=sizes(self.mesh)))[1][0]
+        along = closed.along - (closed.along @ inward) * inward
         return Place(
             self._name,
             np.array([x, x]),
             tuple(elements.tolist()),
             "",
             self._size(x),
-            *frame,
+            along / np.linalg.norm(along),
+            inward,
             pressed=not closed.partner.bonded,
             core=core_of(x, (closed,)),
         )

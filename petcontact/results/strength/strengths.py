@@ -25,9 +25,6 @@ from .strength_fit import Sides
 NEARER, FARTHER = (0.0, 0.5), (0.1, 1.0)
 """Shares of the distance up to which nodes are fitted, between which those lie that say how certain
 K is."""
-ADDS = 0.01
-"""Share that what grows towards a place may add to the stress elsewhere, at the distance at which
-stress is told, for the place to have a bound: the error that solves have by default."""
 TOP, AROUND = 0.5, 5
 """Distance within which no value is larger than a top, over that from the next place without a
 bound, and how many of the nearest are no larger: the two on either side along a curve."""
@@ -164,22 +161,6 @@ def _spreads(sides: Sides, expansion: Expansion, found: Array) -> list[float]:
     return [float(each) for each in np.where(np.isnan(apart), found[2], apart)]
 
 
-@record
-class Beside:
-    """What of a traction of a pair lies beside places without a bound.
-
-    Attributes
-    ----------
-    hidden : (m,) array
-        Nodes that are nearer to a place than where stress is told, or in elements that end there.
-    endless : (d,) array, optional
-        The place at which the traction has no bound, that with the largest where there are several.
-    """
-
-    hidden: Mask
-    endless: Array | None
-
-
 def _parts(mesh: BoundaryMesh, place: Place) -> set[str]:
     """The parts that meet at a place."""
     return {mesh.part_names[number] for number in mesh.part[list(place.elements)]}
@@ -190,7 +171,7 @@ def growth(solution: Evaluated, step: StepResult, body: str, x: Array) -> Array:
     that it is told as a value, and over the change by the last elements there, (2, n) [-]."""
     more, mesh = np.zeros((2, len(x))), solution.meshes[body]
     for each in all_places(solution, step)[1][body]:
-        near = each.leaves_out(x)
+        near = each.away(x) < each.distance
         more = np.maximum(more, np.outer([each.growth(mesh), each.halvings(mesh)], near))
     return more
 
@@ -199,11 +180,6 @@ def known(solution: Evaluated, step: StepResult, place: Place) -> list[Fit]:
     """The modes of a place whose K is known."""
     own = (fit for fit in fits(solution, step) if fit.place is place)
     return [fit for fit in own if math.isfinite(fit.value)]
-
-
-def in_doubt(own: Sequence[Fit]) -> bool:
-    """Whether all K of the modes of a place may be 0."""
-    return all(fit.spread > abs(fit.value) for fit in own)
 
 
 def tops(
@@ -239,9 +215,12 @@ def level(r: Array, place: Place, values: Array) -> float:
     return float(values[ring].max(initial=0.0))
 
 
-def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Array) -> Beside:
-    """Return what of the values (m,) of "pressure" or "shear" at the nodes of a pair does not count
-    for its largest.
+def beside(
+    solution: Evaluated, step: StepResult, of: str, key: str, values: Array
+) -> tuple[Mask, Array | None]:
+    """Return which of the values (m,) of "pressure" or "shear" at the nodes of a pair do not count
+    for its largest, nearer to a place without a bound than where stress is told or in elements that
+    end there, and the place (d,) at which it has no bound, that with the largest of several.
 
     It has no bound where K r^(λ-1) is more than what is elsewhere at the distance at which stress
     is told.
@@ -252,7 +231,7 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
         side.name == of and side.law.friction_bound is not None
         for side in solution.posed.interfaces
     ):  # no shear is larger
-        return Beside(np.zeros(len(x), dtype=bool), None)
+        return np.zeros(len(x), dtype=bool), None
     away = {
         place: place.away(x)
         for place in singular_places(solution, step)[body]
@@ -266,22 +245,27 @@ def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Arr
         elsewhere = max(bound, level(r, place, values) - grows)
         if grows > elsewhere:
             endless.append((grows, place.x))
-        most = max(told_at(own, "shear"), told_at(own, "pressure"))
-        hidden |= (r < place.reach(mesh)) & (most > ADDS * elsewhere)
-    endless += _under_top(solution, step, [*away], of, np.where(hidden, 0.0, values))
-    return Beside(hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1])
+        if own:
+            hidden |= r < place.reach(mesh)
+    endless += _under_top(solution, step, [*away], of, values, hidden)
+    return hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1]
 
 
 def _under_top(
-    solution: Evaluated, step: StepResult, places: Sequence[Place], of: str, values: Array
+    solution: Evaluated,
+    step: StepResult,
+    places: Sequence[Place],
+    of: str,
+    values: Array,
+    hidden: Mask,
 ) -> Iterator[tuple[float, Array]]:
-    """Yield places at which the largest value (m,) lies, if there is no K: under an apex pressure
-    grows like a logarithm. Where K may be 0 the value must be more than elsewhere."""
+    """Yield places at which the largest value (m,) lies, if there is no K, or if all that presses
+    is nearer than where stress is told: under an apex pressure grows like a logarithm."""
     element = solution.meshes[solution.sides[of][0]].element[solution.nodes[of]]
-    top = first_largest(values)
+    left = np.where(hidden, 0.0, values)
+    top = first_largest(left if (told := left.any()) else values)
     for place in places:
-        own = known(solution, step, place)
-        if element[top] in place.elements and (not own or in_doubt(own)):
+        if element[top] in place.elements and not (told and known(solution, step, place)):
             yield 0.0, place.x
 
 

@@ -15,7 +15,7 @@ from ...given.interface_data import Law
 from ...given.tables.material import Material
 from ...linalg.nearest import Nearest
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...record import record
+from ...record import record, replace
 from ...refinement.corner_exponents import (
     CLAMPED,
     FREE,
@@ -172,6 +172,14 @@ def touched(
         most *= float(pull @ way) / (float(np.linalg.norm(pull)) or 1.0)
         friction = round(float(np.sign(force @ out)) * most, 6)
     return Touching(partner, friction, normal, along, mesh.x[nodes[~slips]])
+
+
+def nearest(own: Does | None, most: Does | None) -> Does | None:
+    """What a side does by what its own element does and what most of it does: a contact may be
+    narrower than what lies near, and what slips may slip the other way farther off."""
+    if isinstance(own, Touching) and isinstance(most, Touching):
+        return replace(most, friction=own.friction) if own.kind != CLAMPED != most.kind else most
+    return own if most == FREE else most
 
 
 def nodes_beside(mesh: BoundaryMesh, ends: Array, part: str, element: int, reach: float) -> Index:

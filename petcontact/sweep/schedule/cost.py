@@ -72,7 +72,7 @@ def _of_body(case: Problem, number: int) -> Cost:
     )
     if (way := compression_of(resolved_bem(case.bem), mesh)) is not None:
         seconds = way.seconds(mesh)
-        return Cost(n, m, seconds, seconds, way.memory(mesh, m))
+        return Cost(n, m, seconds, seconds, way.memory(mesh))
     prepare = dense_seconds(mesh)
     if case.method.formulation == "full":
         return Cost(n, m, 0.0, 40.0 * prepare, 16.0 * unknowns**2)
