@@ -219,9 +219,9 @@ class _Body:
             if not angle > 0.0:  # elements of an altered file may lie on one another
                 continue
             first, does = self._sides(number)
-            if goes_on(angle, does):
-                continue
             own, under = self._expansion(angle, x, does)
+            if own is None:
+                continue
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self.mesh, *data, corners, number, (first, 1 - first), does)
@@ -308,20 +308,20 @@ class _Body:
 
     def _expansion(
         self, angle: float, x: Array, does: tuple[Does, Does]
-    ) -> tuple[Expansion, Place | None]:
-        """How stress in the plane grows towards a corner; where it presses on the smooth side of
-        another body, the place there."""
+    ) -> tuple[Expansion | None, Place | None]:
+        """How stress in the plane grows towards a corner, if it is one of the whole body; where it
+        presses on the smooth side of another body, the place there."""
         first, second = does
         if not isinstance(first, Touching):
             return corner_expansion(angle, self.kappa, *does), None
         to, pressed = first.partner, not first.partner.bonded
         alone = corner_expansion(angle, self.kappa, first.kind, kind_of(second), pressed)
         if not to.body or isinstance(second, Touching):
-            return alone, None
+            return None if goes_on(angle, does) else alone, None
         other = self._bodies[to.body]
         other_angle, beside, place = other.facing(x, first)
         if FREE not in (second, beside):
-            return alone, None
+            return None if goes_on(angle, does) else alone, None
         angles, kappas = (angle, other_angle), (self.kappa, other.kappa)
         own, under = joint_expansions(
             angles, kappas, to.stiffer, first.friction, (second, beside), pressed
