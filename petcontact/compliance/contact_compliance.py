@@ -116,14 +116,16 @@ class DenseCompliance(ContactCompliance):
         Blocks of columns at which no traction acts, most of those of open nodes, are not read.
         """
         whole = sigma.ravel()
-        if whole.all():
-            return everywhere(self._rows @ whole, self._comm).reshape(sigma.shape)
+        product = self._rows @ whole if whole.all() else self._by_blocks(whole)
+        return everywhere(product, self._comm).reshape(sigma.shape)
+
+    def _by_blocks(self, whole: Array) -> Array:
         product = np.zeros(len(self._rows))
         acts = np.logical_or.reduceat(whole != 0.0, np.arange(0, len(whole), BLOCK))
         ends = BLOCK * np.flatnonzero(np.diff(acts, prepend=False, append=False))
         for first, last in ends.reshape(-1, 2).tolist():
             product += self._rows[:, first:last] @ whole[first:last]
-        return everywhere(product, self._comm).reshape(sigma.shape)
+        return product
 
     def matrix(self) -> Array:
         """Return S as a matrix (m k, m k) [length/stress]."""

@@ -123,10 +123,8 @@ class _Friction:
         upper = np.tile(self._cap[:, None], law.k)
         lower = -upper
         for group in self._normal:
-            lower[:, group], upper[:, group] = (
-                -limits.push[:, None] / size,
-                limits.pull[:, None] / size,
-            )
+            lower[:, group] = -limits.push[:, None] / size
+            upper[:, group] = limits.pull[:, None] / size
         self.bounds = np.column_stack([lower.ravel(), upper.ravel()])
 
     def cuts_off(self, unknowns: Array) -> bool:

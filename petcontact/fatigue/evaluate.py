@@ -4,10 +4,10 @@ of them."""
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from ..arrays import Array
 from ..errors import InputError
+from ..linalg.root import root_between
 from ..record import record, replace
 from ..results.data import SolutionData
 from ..results.numbers.peaks import stress_name
@@ -243,7 +243,7 @@ def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[floa
         return 0.0
     if excess(300.0) >= 0.0:
         return float("inf")
-    return 0.5 * float(np.exp(scipy.optimize.brentq(excess, -50.0, 300.0, xtol=1e-12)))
+    return 0.5 * float(np.exp(root_between(excess, -50.0, 300.0)))
 
 
 def table(result: Fatigue) -> Keyed:

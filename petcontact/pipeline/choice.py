@@ -438,15 +438,10 @@ def _meets(mesh: BoundaryMesh, side: PosedInterface) -> Mask:
 
 def contact_sizes(posed: Posed, meshes: Sequence[BoundaryMesh]) -> tuple[list[int], int]:
     """Nodes of each body on parts that may touch, and those of all secondaries."""
-    nodes = {
-        (b, part): len(meshes[b].nodes_of(part))
-        for interface in posed.interfaces
-        for b, part in interface.ends
-    }
-    return (
-        [sum(n for (b, _), n in nodes.items() if b == k) for k in range(len(meshes))],
-        sum(nodes[interface.ends[0]] for interface in posed.interfaces),
-    )
+    ends = {end for interface in posed.interfaces for end in interface.ends}
+    nodes = {(b, part): len(meshes[b].nodes_of(part)) for b, part in ends}
+    touching = [sum(n for (b, _), n in nodes.items() if b == k) for k in range(len(meshes))]
+    return touching, sum(nodes[interface.ends[0]] for interface in posed.interfaces)
 
 
 def chosen_tolerance(bem: Bem, accuracy: float) -> float:

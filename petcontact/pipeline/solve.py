@@ -128,7 +128,8 @@ def solve(
         used = replace(solution.provenance, peak_memory=peak_memory(comm))
         solution = replace(solution, provenance=used)
     LOG.info("%s: %s", solution.status, solution.reason)
-    left = [name for name in petsc_options or () if f"-{name}" in unused_options()]
+    unused = unused_options() if petsc_options else []
+    left = [name for name in petsc_options or () if f"-{name}" in unused]
     if left:
         warnings.warn(f"petsc_options that nothing used: {', '.join(left)}", stacklevel=2)
     return solution

@@ -184,7 +184,7 @@ def unbounded_pressure(solution: Solution) -> dict[str, float]:
         near = any(top in place.elements for place in singular_places(solution, step)[body])
         if not near and solution.accuracy.wanted is None:
             continue
-        at = beside(solution, step, name, "pressure", pair.pressure)[1]
+        at = beside(solution, step, name, "pressure", pair.pressure).endless
         if at is not None:
             endless = True
             own = (fit for fit in fits(solution, step) if fit.place.body == body)

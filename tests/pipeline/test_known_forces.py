@@ -138,6 +138,20 @@ def test_a_whole_o_ring_has_the_same_band_as_the_plate_below_it():
     assert band.points[:, 0].max() == pytest.approx(chart.high[0], abs=1e-6)
 
 
+def first_bands_of_a_part(planes, gap, force):
+    """The corner of what planes of symmetry leave of a block under a tool, its first meshes and
+    their bands; the force is that on the whole block."""
+    lower = [-2.0 * ("left" not in planes), -2.0 * ("front" not in planes), -3.0]
+    block = solid("block", cuboid(lower, [2.0, 2.0, 0.0]), moved("bottom", 3 * [0.0]))
+    block["boundary"] += rollers(*planes)
+    load = [0.0, 0.0, -force * 0.5 ** len(planes)]
+    tool = {"name": "tool", "displacement": [0.0, 0.0, "free"], "force": load}
+    pair = touching("pair", "block.top", "tool", gap=gap)
+    posed = problem(body=[block], obstacle=[tool], contact=[pair]).posed
+    first = FirstMeshes(posed, 4000).meshes
+    return lower, *Bands(posed, 0.05).first(first, lambda made: made)
+
+
 @pytest.mark.parametrize("symmetric", [(), ("front",), ("left",), ("left", "front")])
 def test_a_quarter_of_a_block_has_the_band_of_the_whole_one(symmetric):
     """The ridge may end at a plane of symmetry, and it may lie in one, with half of the width on
@@ -145,14 +159,7 @@ def test_a_quarter_of_a_block_has_the_band_of_the_whole_one(symmetric):
     gap = "where(abs(y) <= 1, 5*x**2, 1)"
     expected = []
     for planes in ((), symmetric):
-        lower = [-2.0 * ("left" not in planes), -2.0 * ("front" not in planes), -3.0]
-        block = solid("block", cuboid(lower, [2.0, 2.0, 0.0]), moved("bottom", 3 * [0.0]))
-        block["boundary"] += rollers(*planes)
-        force = [0.0, 0.0, -0.01 * 0.5 ** len(planes)]
-        tool = {"name": "tool", "displacement": [0.0, 0.0, "free"], "force": force}
-        pair = touching("pair", "block.top", "tool", gap=gap)
-        posed = problem(body=[block], obstacle=[tool], contact=[pair]).posed
-        made, laid = Bands(posed, 0.05).first(FirstMeshes(posed, 4000).meshes, lambda made: made)
+        lower, made, laid = first_bands_of_a_part(planes, gap, 0.01)
         area = (2.0 - lower[0]) * (2.0 - lower[1])
         assert made[0].weight[made[0].nodes_of("top")].sum() == pytest.approx(area)
         expected += laid.long["pair"]
@@ -168,14 +175,7 @@ def test_a_quarter_of_a_block_has_the_zone_of_the_whole_one(symmetric, gap):
     """It has the same contact, with half of the panels of rings and frames or a quarter."""
     zones, counts, planes = [], [], ()
     while True:
-        lower = [-2.0 * ("left" not in planes), -2.0 * ("front" not in planes), -3.0]
-        block = solid("block", cuboid(lower, [2.0, 2.0, 0.0]), moved("bottom", 3 * [0.0]))
-        block["boundary"] += rollers(*planes)
-        force = [0.0, 0.0, -0.1 * 0.5 ** len(planes)]
-        tool = {"name": "tool", "displacement": [0.0, 0.0, "free"], "force": force}
-        pair = touching("pair", "block.top", "tool", gap=gap)
-        posed = problem(body=[block], obstacle=[tool], contact=[pair]).posed
-        made, laid = Bands(posed, 0.05).first(FirstMeshes(posed, 4000).meshes, lambda made: made)
+        lower, made, laid = first_bands_of_a_part(planes, gap, 0.1)
         (long,) = laid.long["pair"]
         zones.append(long.zone.corners)
         panels = made[0].elements_of("top")

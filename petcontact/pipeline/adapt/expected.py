@@ -11,7 +11,8 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...fields.boundary.places import all_at
-from ...geometry.charts import Chart, chart_of, disc_of
+from ...geometry.chart import Chart
+from ...geometry.charts import chart_of, disc_of
 from ...given.conditions import Displacement, Symmetry
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
@@ -117,13 +118,11 @@ class Expected(Keeping):
         solution: Solution | None,
     ) -> float:
         """Return the force that ends an overlap; 0 where there is no ridge."""
-        shape, thick = (
-            self._shape(side, solution, meshes),
-            [np.ptp(m.x, axis=0).min() for m in meshes],
-        )
+        shape = self._shape(side, solution, meshes)
         if shape is None or shape.ridge is None:
             return 0.0
-        deep, whole = 0.5 * float(min(thick[b] for b in side.bodies)), 0.0
+        thin = min(float(np.ptp(meshes[b].x, axis=0).min()) for b in side.bodies)
+        deep, whole = 0.5 * thin, 0.0
         for part in self._parts(side, shape, approach, solution, meshes):
             if part.ridge is not None:
                 (chart, *_), ridge = part.charts, part.ridge

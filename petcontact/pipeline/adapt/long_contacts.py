@@ -12,7 +12,7 @@ import scipy
 
 from ...arrays import Array, Mask
 from ...fields.boundary.places import located, sizes
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...given.interface_data import PosedInterface
 from ...mesh.surface_mesh import as_surface
 from ...record import field, record, replace

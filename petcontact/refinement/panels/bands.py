@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ...arrays import Array
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...geometry.round_surfaces import GRID
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE

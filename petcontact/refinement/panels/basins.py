@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index, Mask, linked
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...linalg.root import root_between
 from .ridge import Gap, nearly_least, samples
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...given.sites import Sites
 from ...given.values import Given
 from ...round_off import SINGLE, SUMMED

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...linalg.root import root_between
 from ...record import record, replace
 from .ridge import Gap, Ridge, lowest_point, samples

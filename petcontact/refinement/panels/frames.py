@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...round_off import SINGLE
 from .forecast import from_end
 from .rings import FRAMES, Inner

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...record import record
 from ...round_off import SINGLE
 

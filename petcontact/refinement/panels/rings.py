@@ -11,7 +11,7 @@ import itertools
 import numpy as np
 
 from ...arrays import Array
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...geometry.quadratic import QuadraticCells
 from ...geometry.round_surfaces import GRID
 from ...record import record, replace

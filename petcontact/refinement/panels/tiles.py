@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Array
-from ...geometry.charts import Chart
+from ...geometry.chart import Chart
 from ...round_off import SINGLE
 from .zone import Zone
 

@@ -21,7 +21,7 @@ grows towards its corner."""
 def away_from(places: Sequence[Place], x: Array) -> Mask:
     """Which points (m, d) of a body lie no nearer to places without a bound than where stress
     beside them is told."""
-    left_out = [place.away(x) < place.distance for place in places]
+    left_out = [place.leaves_out(x) for place in places]
     return np.asarray(~np.any([np.zeros(len(x), dtype=bool), *left_out], axis=0))
 
 

@@ -140,7 +140,7 @@ def counted(solution: Evaluated, number: Number) -> Mask:
     if key is None:
         return closed
     values = FUNCTIONS[number.name](pair) * closed
-    return np.asarray(closed & ~beside(solution, end, number.of, key, values)[0])
+    return np.asarray(closed & ~beside(solution, end, number.of, key, values).hidden)
 
 
 def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:

@@ -144,7 +144,7 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
     near = [
         each.sides
         for each in singular_places(solution, solution.last)[body]
-        if each.away(points[k : k + 1])[0] < each.distance
+        if each.leaves_out(points[k : k + 1])[0]
     ]
     where = f", next to {near[0]}, where stress has no bound" if near else ""
     return f"{stress[k]:.4g} at {shown(points[k], 4)}{where}"

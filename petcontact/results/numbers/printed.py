@@ -145,15 +145,15 @@ class _OfStep:
         self, word: str, of: str, values: Array, key: str, bound: Array | float, alone: float = 0.0
     ) -> Number:
         """Return the maximum of a traction that may have no bound, at most what friction allows."""
-        hidden, endless = beside(self._solution, self._step, of, key, values)
+        near = beside(self._solution, self._step, of, key, values)
         mesh, nodes = self._solution.meshes[self._solution.sides[of][0]], self._solution.nodes[of]
-        kept = values if endless is not None else np.where(hidden, 0.0, values)
+        kept = values if near.endless is not None else np.where(near.hidden, 0.0, values)
         top, place, _ = maximum(mesh, nodes, kept, bound)
-        if endless is None or not top > 0.0:
+        if near.endless is None or not top > 0.0:
             at = self._solution.sides[of][0], place[None]
             alone = max(alone, top * float(growth(self._solution, self._step, *at)[0, 0]))
             return self._number(word, of, top, "stress", place=place, alone=alone)
-        return self._number(word, of, top, "stress", place=endless, error=np.inf, alone=alone)
+        return self._number(word, of, top, "stress", place=near.endless, error=np.inf, alone=alone)
 
     def _strengths(self) -> Iterator[Number]:
         """Yield K of each place without a bound, in the order of their exponents; of edges between

@@ -63,7 +63,6 @@ class Samples(Keeping):
     def __init__(self, solution: Evaluated, body: str, step: StepResult) -> None:
         self._solution, self.body, self._step = solution, body, step
         self._fields = solution.body_fields(body, step)
-        self.fields_known = self._fields.known  # whether stress inside the body is
         self._near = dict[Hashable, StressState]()
         self._found = dict[str, Array]()
         mesh, places = self._fields.mesh, singular_places(solution, step)[body]
@@ -85,6 +84,11 @@ class Samples(Keeping):
         # a rigid motion leaves round-off of E times displacement over the size of the body
         self._least = max(NOTHING * largest, SUMMED * material.young_modulus * strain)
         self._reach = {each: each.reach(mesh) for each in filter(self._grows, places)}
+
+    @property
+    def fields_known(self) -> bool:
+        """Whether stress inside the body is known."""
+        return self._fields.known
 
     def _grows(self, place: Place) -> bool:
         """Whether stress may grow towards a place.

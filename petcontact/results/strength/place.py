@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...fields.boundary.places import sizes
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...refinement.corner_modes import STRONG, Expansion
@@ -68,6 +68,11 @@ class Place:
     core: float = 0.0
     logarithmic: bool = False
 
+    @property
+    def weak(self) -> bool:
+        """Whether stress grows so slowly that it is told as a value."""
+        return bool(self.expansions) and not any(each.modes for each in self.expansions)
+
     def growth(self, mesh: BoundaryMesh) -> float:
         """How much stress changes from elements at the place to where it is told as a value [-]."""
         known = self.end_size(mesh) / (TOLD * self.size)
@@ -111,6 +116,12 @@ class Place:
         return bool(np.any(self.ends[0] != self.ends[1]))
 
     @property
+    def width(self) -> float:
+        """How far beside it in space nodes count as beside it: the length of an edge [length]."""
+        length = float(np.linalg.norm(self.ends[1] - self.ends[0]))
+        return length or self.distance
+
+    @property
     def distance(self) -> float:
         """How far from it the stress beside it is told [length]."""
         return SHARE * self.size
@@ -120,9 +131,16 @@ class Place:
         way = np.outer(np.cos(theta), self.along) + np.outer(np.sin(theta), self.inward)
         return np.asarray(self.x + self.distance * way)
 
-    def away(self, x: Array) -> Array:
-        """The distances of points (n, d) from the edge, (n,) [length]."""
+    def nearest_to(self, x: Array) -> Array:
+        """The nearest points of the edge to points (n, d), (n, d) [length]."""
         start, along = self.ends[0], self.ends[1] - self.ends[0]
         share = (x - start) @ along / max(float(along @ along), np.finfo(float).tiny)
-        off = x - start - np.clip(share, 0.0, 1.0)[:, None] * along
-        return np.asarray(np.linalg.norm(off, axis=1))
+        return np.asarray(start + np.clip(share, 0.0, 1.0)[:, None] * along)
+
+    def away(self, x: Array) -> Array:
+        """The distances of points (n, d) from the edge, (n,) [length]."""
+        return np.asarray(np.linalg.norm(x - self.nearest_to(x), axis=1))
+
+    def leaves_out(self, x: Array) -> Mask:
+        """Which points (n, d) are nearer than where the stress beside it is told."""
+        return np.asarray(self.away(x) < self.distance)

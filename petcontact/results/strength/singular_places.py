@@ -78,8 +78,7 @@ def _places(solution: Evaluated, step: StepResult) -> tuple[dict[str, list[Place
     for body in bodies.values():
         found = (body.at_corners(), body.at_edges_of_gaps(), body.at_forces())
         for place in itertools.chain(*found):
-            weak = place.expansions and not any(each.modes for each in place.expansions)
-            places[bool(weak)][place.body].append(place)
+            places[place.weak][place.body].append(place)
     return places
 
 
@@ -96,6 +95,8 @@ class _Body:
         self.kappa = 3.0 - 4.0 * self._body.material.plane_strain_ratio
         self._corners: Corners = self.mesh.once("corners", lambda: corners_of(self.mesh))
         self._whole = float(np.ptp(self.mesh.x, axis=0).max())
+        # the `mismatch` that counts beside contact
+        self._felt = felt(self.mesh, step.bodies[name].traction, solution.accuracy.error)
         self._pair = np.full(self.mesh.n_nodes, -1)
         self._row = np.zeros(self.mesh.n_nodes, dtype=np.int64)
         self._partners = list[Partner]()
@@ -225,8 +226,8 @@ class _Body:
             found = [own, *self._across(number, angle, first, does)]
             data = self._step.bodies[self._name], self._body.material
             differ = mismatch(self.mesh, *data, corners, number, (first, 1 - first), does)
-            beside = bool(np.any(self._pair[self.mesh.first_node[corners.element[number]]] >= 0))
-            least = felt(self.mesh, data[0].traction, self._solution.accuracy.error * beside)
+            beside = self._pair[self.mesh.first_node[corners.element[number]]] >= 0
+            least = self._felt if beside.any() else SINGLE
             expansions = growing(found, differ, least)
             if expansions or differ[0] > MISMATCH:
                 yield Place(
@@ -285,7 +286,7 @@ class _Body:
         to, ends = closed.partner, self._corners.ends[number]
         slack = max(TOGETHER * float(np.linalg.norm(ends[1] - ends[0])), SINGLE * self._whole)
         x = self._corners.x[number]
-        return not to.body or opposite(self._bodies[to.body].mesh, x, closed)[2] <= slack
+        return not to.body or opposite(self._bodies[to.body].mesh, x, closed).off <= slack
 
     def _is_closed(self) -> Mask:
         """Which nodes are in contact that is closed."""
@@ -315,13 +316,17 @@ class _Body:
         if not isinstance(first, Touching):
             return corner_expansion(angle, self.kappa, *does), None
         to, pressed = first.partner, not first.partner.bonded
-        alone = corner_expansion(angle, self.kappa, first.kind, kind_of(second), pressed)
+        alone = (
+            None
+            if goes_on(angle, does)
+            else corner_expansion(angle, self.kappa, first.kind, kind_of(second), pressed)
+        )
         if not to.body or isinstance(second, Touching):
-            return None if goes_on(angle, does) else alone, None
+            return alone, None
         other = self._bodies[to.body]
         other_angle, beside, place = other.facing(x, first)
         if FREE not in (second, beside):
-            return None if goes_on(angle, does) else alone, None
+            return alone, None
         angles, kappas = (angle, other_angle), (self.kappa, other.kappa)
         own, under = joint_expansions(
             angles, kappas, to.stiffer, first.friction, (second, beside), pressed
@@ -352,13 +357,13 @@ class _Body:
         """The angle of the corner that a point of the other body faces and what its side off the
         contact does; where there is none those of a smooth free side, and the place on it that the
         point faces."""
-        corners, at = self._corners, opposite(self.mesh, x, closed)[:2]
-        number = corners.meeting(*at)
+        corners, at = self._corners, opposite(self.mesh, x, closed)
+        number = corners.meeting(at.foot, at.elements)
         if number is not None:
             side = 1 - self._sides(number)[0]
             frame = corners.along[number, side], corners.inward[number, side]
             return float(corners.angle[number]), kind_of(self._does(number, side, *frame)), None
-        return math.pi, FREE, self._smooth_place(*at, closed)
+        return math.pi, FREE, self._smooth_place(at.foot, at.elements, closed)
 
     def _smooth_place(self, x: Array, elements: Index, closed: Touching) -> Place:
         """The place on smooth elements that an edge of the other body presses."""

@@ -85,11 +85,7 @@ def _on_sides(mesh: BoundaryMesh, place: Place, axes: Array) -> tuple[Index, Arr
     usable = (
         (fits.max(axis=1) > 1.0)
         & (max(NEAREST * place.size, place.core) < (1.0 - SINGLE) * r)
-        # beside it in space: along the length of an edge
-        & (
-            width
-            <= (1.0 + SINGLE) * (np.linalg.norm(np.diff(place.ends, axis=0)) or place.distance)
-        )
+        & (width <= (1.0 + SINGLE) * place.width)
         & np.isin(mesh.part[mesh.element], mesh.part[elements])
         & ~np.isin(mesh.element, elements)
     )

@@ -161,6 +161,22 @@ def _spreads(sides: Sides, expansion: Expansion, found: Array) -> list[float]:
     return [float(each) for each in np.where(np.isnan(apart), found[2], apart)]
 
 
+@record
+class Beside:
+    """What of a traction of a pair lies beside places without a bound.
+
+    Attributes
+    ----------
+    hidden : (m,) array
+        Nodes that are nearer to a place than where stress is told, or in elements that end there.
+    endless : (d,) array, optional
+        The place at which the traction has no bound, that with the largest where there are several.
+    """
+
+    hidden: Mask
+    endless: Array | None
+
+
 def _parts(mesh: BoundaryMesh, place: Place) -> set[str]:
     """The parts that meet at a place."""
     return {mesh.part_names[number] for number in mesh.part[list(place.elements)]}
@@ -171,7 +187,7 @@ def growth(solution: Evaluated, step: StepResult, body: str, x: Array) -> Array:
     that it is told as a value, and over the change by the last elements there, (2, n) [-]."""
     more, mesh = np.zeros((2, len(x))), solution.meshes[body]
     for each in all_places(solution, step)[1][body]:
-        near = each.away(x) < each.distance
+        near = each.leaves_out(x)
         more = np.maximum(more, np.outer([each.growth(mesh), each.halvings(mesh)], near))
     return more
 
@@ -215,12 +231,9 @@ def level(r: Array, place: Place, values: Array) -> float:
     return float(values[ring].max(initial=0.0))
 
 
-def beside(
-    solution: Evaluated, step: StepResult, of: str, key: str, values: Array
-) -> tuple[Mask, Array | None]:
-    """Return which of the values (m,) of "pressure" or "shear" at the nodes of a pair do not count
-    for its largest, nearer to a place without a bound than where stress is told or in elements that
-    end there, and the place (d,) at which it has no bound, that with the largest of several.
+def beside(solution: Evaluated, step: StepResult, of: str, key: str, values: Array) -> Beside:
+    """Return what of the values (m,) of "pressure" or "shear" at the nodes of a pair does not count
+    for its largest.
 
     It has no bound where K r^(λ-1) is more than what is elsewhere at the distance at which stress
     is told.
@@ -231,7 +244,7 @@ def beside(
         side.name == of and side.law.friction_bound is not None
         for side in solution.posed.interfaces
     ):  # no shear is larger
-        return np.zeros(len(x), dtype=bool), None
+        return Beside(np.zeros(len(x), dtype=bool), None)
     away = {
         place: place.away(x)
         for place in singular_places(solution, step)[body]
@@ -248,7 +261,7 @@ def beside(
         if own:
             hidden |= r < place.reach(mesh)
     endless += _under_top(solution, step, [*away], of, values, hidden)
-    return hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1]
+    return Beside(hidden, max(endless, key=lambda each: each[0], default=(0.0, None))[1])
 
 
 def _under_top(
