@@ -26,6 +26,9 @@ MakeSurrogate = Callable[[], Surrogate | None]
 BLOCK = 64
 """Columns of S that are read or left out together: a product by such blocks takes 1.1 times as long
 as one of all columns (3000 and 6000 unknowns)."""
+LU_OVER_ITERATION = 20
+"""Unknowns for which a LU takes as long as one iteration of GMRES with another LU: 16 and 15 were
+measured at 640 and 720 unknowns, 20 at 1280 and 25 at 2000."""
 
 
 class ContactCompliance(SolverFront, abc.ABC):
@@ -109,6 +112,7 @@ class DenseCompliance(ContactCompliance):
         first, last = even_ranges(len(matrix), self._comm.getSize())[self._comm.getRank()]
         self._rows = self._matrix[first:last]
         self._of: tuple[Array, Modes | None, RigidModeConstraint] | None = None
+        self._factored: Array | None = None
 
     def apply(self, sigma: Array) -> Array:
         """Return the product S σ, (m, k) [length]. Collective.
@@ -156,7 +160,7 @@ class DenseCompliance(ContactCompliance):
             if np.array_equal(self._of[0], factors):
                 return border
         else:
-            border = _robin_border(modes, r, self.apply)
+            border, self._factored = _robin_border(modes, r, self.apply), None
         rows, first = solver.rows(n + len(border.rhs))
         last = first + len(rows)
         inner = slice(first, min(last, n))
@@ -167,15 +171,30 @@ class DenseCompliance(ContactCompliance):
         rows[:count, n:] = factors[inner, None] * border.columns[inner]
         rows[count:, :n] = border.rows[max(first - n, 0) : max(last - n, 0)]
         rows[count:, n:] = 0.0
-        solver.factor()
+        corrected = self._factored is not None and _is_near(factors, self._factored)
+        solver.factor(corrected=corrected)
         self._of = factors.copy(), modes, border
+        if not corrected:
+            self._factored = self._of[0]
         return border
 
     def close(self) -> None:
         """Free factors and every PETSc object."""
         if self._solver is not None:
             self._solver.close()
-        self._solver = self._of = None
+        self._solver = self._of = self._factored = None
+
+
+def _is_near(rho: Array, factored: Array) -> bool:
+    """Whether GMRES with the LU of I + ρS for another ρ costs less than a new LU.
+
+    With S symmetric and positive, the eigenvalues of (I + ρ'S)(I + ρS)⁻¹ lie between 1 and the
+    ratios ρ'/ρ. With κ the largest over the smallest, k iterations leave 2 q^k of the residual,
+    q = (√κ - 1)/(√κ + 1) = tanh(ln(κ)/4).
+    """
+    spread = np.ptp(np.append(np.log(rho) - np.log(factored), 0.0))
+    left = 2.0 * math.tanh(spread / 4.0) ** (len(rho) / LU_OVER_ITERATION)
+    return left < SOLVED and not is_asked_for()
 
 
 class ProductCompliance(ContactCompliance):

@@ -70,11 +70,12 @@ class DenseSolver(SolverFront):
         rows[:] = matrix[first : first + len(rows)]
         self.factor()
 
-    def factor(self) -> None:
-        """Assemble the rows that were written; the next solve factorises them."""
+    def factor(self, *, corrected: bool = False) -> None:
+        """Assemble the rows that were written; the next solve factorises them, or if `corrected`
+        corrects the factors of the matrix before."""
         meet("a new matrix", self.comm)
         self._matrix.assemble()
-        self._solver.set_operator(self._matrix)
+        self._solver.set_operator(self._matrix, corrected=corrected)
 
     def solve_all(self, rhs: Array) -> Array:
         """Return matrix⁻¹ of each row of an array (c, n), (c, n), which every rank has; the array

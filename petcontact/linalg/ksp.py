@@ -61,6 +61,12 @@ def _looks_at_matrix(prefix: str) -> bool:
     )
 
 
+def _orthogonalise_again(ksp: KSP) -> None:
+    """Let GMRES orthogonalise again what cancels: else next to motions that contact hardly resists
+    its residual stays. petsc4py has no call for it, and other methods ignore it."""
+    petsc_library().KSPGMRESSetCGSRefinementType(ctypes.c_void_p(ksp.handle), 1)
+
+
 class LinearSolver:
     """A PETSc KSP over one operator that may be replaced, with checked outcomes.
 
@@ -110,6 +116,7 @@ class LinearSolver:
         self._is_alone = comm.getSize() == 1  # its end may come after that of the communicator
         self._types, self._last = (ksp_type, pc_type), np.arange(0) if last is None else last
         self._ksp: KSP | None = None
+        self._corrected = False
         self._owned: list[Mat] = []
         self._blocked: blocked_lu.BlockedLU | None = None
 
@@ -156,9 +163,7 @@ class LinearSolver:
             ksp.setType("gmres")
             ksp.setFromOptions()
         if not database.hasName("ksp_gmres_cgs_refinement_type"):
-            # GMRES orthogonalises again what cancels: else next to motions that contact hardly
-            # resists its residual stays; petsc4py has no call for it, and other methods ignore it
-            petsc_library().KSPGMRESSetCGSRefinementType(ctypes.c_void_p(ksp.handle), 1)
+            _orthogonalise_again(ksp)
         self._prepare(pc, ksp.getType() == "preonly")
 
     def _prepare(self, pc: PC, alone: bool) -> None:
@@ -181,9 +186,15 @@ class LinearSolver:
                 # petsc4py has no call for it
                 petsc_library().PCFactorSetUseInPlace(ctypes.c_void_p(pc.handle), 1)
 
-    def set_operator(self, matrix: Mat) -> None:
-        """Solve with this matrix from now on; LU is computed at the next solve."""
+    def set_operator(self, matrix: Mat, *, corrected: bool = False) -> None:
+        """Solve with this matrix from now on: LU is computed at the next solve, or if `corrected`
+        GMRES takes the LU of the matrix before as its preconditioner."""
         self.ksp.setOperators(matrix)
+        self.ksp.getPC().setReusePreconditioner(corrected)
+        if corrected != self._corrected:
+            self.ksp.setType("gmres" if corrected else self._types[0])
+            _orthogonalise_again(self.ksp)
+            self._corrected = corrected
 
     def solved(self, rhs: Array) -> Array:
         """operator⁻¹ of this rank's rows of a right-hand side, on every rank. Collective."""

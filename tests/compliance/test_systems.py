@@ -8,6 +8,7 @@ from examples import example
 from prepared import Posed, filled
 
 from petcontact import MeshOptions, Method, SolverError
+from petcontact.compliance.contact_compliance import DenseCompliance
 from petcontact.runtime.petsc import options
 
 CASE = example(2, mesh=MeshOptions(element_size=0.5, order=1))
@@ -69,3 +70,21 @@ def test_a_ksp_that_fails_raises_with_petscs_reason(case, comm):
     ):
         system = Posed(case, comm).system
         system.robin(1e4, np.ones_like(system.u_0))
+
+
+def test_a_rho_near_one_that_was_factorised_takes_its_lu(comm):
+    n = 600
+    root = np.random.default_rng(4).standard_normal((n, n))
+    compliance = root @ root.T / n
+    system = DenseCompliance(compliance, comm, lambda: None)
+    force, kinds = np.sin(np.arange(n, dtype=float)).reshape(-1, 2), []
+    for rho in ([1.0, 2.0], [1.3, 1.8], [1.3, 1.9], [90.0, 2.0]):
+        factors = np.broadcast_to(rho, force.shape)
+        v, sigma = system.robin(factors, force, None, np.zeros(0))
+        matrix = np.eye(n) + factors.reshape(-1, 1) * compliance
+        exact = np.linalg.solve(matrix, force.ravel())
+        assert np.abs(sigma.ravel() - exact).max() < 1e-9 * np.abs(exact).max()
+        assert np.abs(v.ravel() - compliance @ exact).max() < 1e-9 * np.abs(v).max()
+        kinds.append(system.kind.split(",")[0])
+    assert kinds == ["KSP preonly", "KSP gmres", "KSP gmres", "KSP preonly"]
+    system.close()
