@@ -20,7 +20,7 @@ from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.memory import release_memory
 from ...runtime.signals import answering, limited
-from ...runtime.terminal import SOON
+from ...runtime.terminal import SOON, processor_time
 from ...untyped import Comm
 from ..choice import TIGHTEST, USUAL, Newton, chosen_tolerance, has_compressed
 from ..eliminate import Announce, Progress, silent
@@ -84,7 +84,7 @@ class LevelSolver:
         """Announce a mesh with one before it, and limit its time, which is `more` times as long
         where the number of increments is known from that."""
         told = max(more * seconds, SOON)
-        self._due = time.process_time() + OVER * told
+        self._due = processor_time() + OVER * told
         self._late = f"{OVER} times the announced {told:.0f} s of processor time are over"
         limit(OVER * told, self._late)
         return (
@@ -93,7 +93,7 @@ class LevelSolver:
 
     def _watch(self, state: ContactState) -> str | None:
         """Return why a mesh with one before it ends, or what the monitor says."""
-        if time.process_time() > self._due:
+        if processor_time() > self._due:
             return self._late
         return None if self._monitor is None else self._monitor(state)
 
