@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 import os
 import tempfile
 import tomllib
@@ -33,6 +34,8 @@ from .touching_parts import Ends, Meshes, area, centre, gaps_of, touching
 
 PER_SIDE = 60
 """Elements along the diagonal of a plane body."""
+MOVED = 0.01
+"""Proposed displacement beyond the gaps [length]."""
 PUSHED = "#>[body.loads]"
 """First line of what pushes a body that nothing but contact holds."""
 
@@ -50,14 +53,30 @@ def proposed(source: str, target: Path) -> Converted:
     meshes = {name: _mesh(solid) for name, solid in solids.items()}
     pairs = touching(meshes)
     ends = {end for pair in pairs for side in pair for end in side}
-    alone = meshes.keys() - {end.partition(".")[0] for end in ends} if len(meshes) > 1 else ()
-    notes += [f"{name} touches no other body" for name in sorted(alone)]
-    lines, given = _head(source, target.name, len(meshes), len(pairs), notes), _given(meshes, ends)
+    notes += _alone(meshes, ends)
+    lines = _head(source, target.name, len(meshes), len(pairs), notes)
+    gaps = gaps_of(pairs, meshes, solids)
+    given = _given(meshes, ends, _least(pairs, gaps))
     for name, mesh in meshes.items():
         keys[name] = {"file": os.path.relpath(source, target.parent), **keys[name]}
         lines += _body(name, {"shape": "gmsh", **keys[name]}, mesh, ends, given)
-    lines += _contacts(pairs, gaps_of(pairs, meshes, solids), given)
+    lines += _contacts(pairs, gaps, given)
     return Converted("\n".join([*lines, ""]), notes=notes)
+
+
+def _alone(meshes: Meshes, ends: set[str]) -> list[str]:
+    """Return notes on bodies that touch no other one."""
+    alone = meshes.keys() - {end.partition(".")[0] for end in ends} if len(meshes) > 1 else ()
+    return [f"{name} touches no other body" for name in sorted(alone)]
+
+
+def _least(pairs: list[Ends], gaps: dict[int, float]) -> dict[str, float]:
+    """Return the least gap of each body to others, 0 where they touch [length]."""
+    least = dict[str, float]()
+    for number, ends in enumerate(pairs):
+        for body in (end[0].partition(".")[0] for end in ends):
+            least[body] = min(gaps.get(number, 0.0), least.get(body, math.inf))
+    return least
 
 
 def with_contacts(found: Converted) -> Converted:
@@ -131,9 +150,9 @@ def _(boundary: Outline) -> BoundaryMesh:
     return mesh_outline(boundary, MeshOptions(element_size=size, order=1))
 
 
-def _given(meshes: Meshes, ends: set[str]) -> dict[str, list[str]]:
+def _given(meshes: Meshes, ends: set[str], gaps: dict[str, float]) -> dict[str, list[str]]:
     """Return proposed conditions of bodies: the largest is held at its back, another one moved
-    towards it, or pushed where all of it may touch."""
+    towards it by more than its gap, or pushed where all of it may touch."""
     every = [(name, part) for name, mesh in meshes.items() for part in mesh.part_names]
     centres = {end: centre(meshes[end[0]], end[1]) for end in every}
     free = [end for end in every if ".".join(end) not in ends]
@@ -147,17 +166,21 @@ def _given(meshes: Meshes, ends: set[str]) -> dict[str, list[str]]:
     given = {first: _displaced(held, [0.0] * dim)}
     if far:
         end = max(far, key=lambda end: _rounded(float(np.linalg.norm(centres[end] - place))))
-        given[end[0]] = given.get(end[0], []) + _moved(meshes, end, place, moves=end in free)
+        moved = _moved(meshes, end, place, gaps.get(end[0], 0.0), moves=end in free)
+        given[end[0]] = given.get(end[0], []) + moved
     return given
 
 
-def _moved(meshes: Meshes, end: tuple[str, str], to: Array, *, moves: bool) -> list[str]:
-    """Return conditions that move a part towards a place along an axis, or push its body there."""
+def _moved(
+    meshes: Meshes, end: tuple[str, str], to: Array, gap: float, *, moves: bool
+) -> list[str]:
+    """Return conditions that move a part towards a place along an axis, beyond a gap, or push its
+    body there."""
     mesh, part = meshes[end[0]], end[1]
     way = to - centre(mesh, part)
     way = np.sign(way) * (np.arange(mesh.dim) == np.argmax(np.abs(way))) + 0.0
     if moves:
-        return _displaced(part, (0.01 * way).tolist())
+        return _displaced(part, (_rounded(gap + MOVED) * way).tolist())
     force = [_rounded(1000.0 / _volume(mesh) * c) for c in way]
     return [PUSHED, f"#>force = {force}     # 1000 in all"]
 

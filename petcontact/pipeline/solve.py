@@ -167,8 +167,8 @@ def _solved(
 
 
 def adapts_itself(problem: Problem) -> bool:
-    """Whether a problem that names no mesh is solved on adaptive ones; of surfaces from files where
-    it has an accuracy."""
+    """Whether a problem that names no mesh is solved on adaptive ones; of facets of .msh files
+    where it has an accuracy."""
     asked = any(body.mesh.accuracy is not None for body in problem.body)
     return all(
         body.mesh.automatic and (asked or problem.outline(b).known)

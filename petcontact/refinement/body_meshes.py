@@ -156,9 +156,9 @@ def _(boundary: CadSurface, body: Body) -> SurfaceMesh:
         "is for boxes; panels of CAD files are of one size, mesh.element_size",
     )
     size = body.mesh.element_size or _usual_size(boundary)
-    _check_size(2.0 * boundary.area / size / size * (order + 1) * (order + 2) / 2)
+    _check_size(boundary.area / size / size * (order + 1) ** 2)
     facets = boundary.facets(size)
-    _check_size(len(facets.facets) * (order + 1) * (order + 2) / 2)
+    _check_size(len(facets.facets) * (order + 1) ** 2)
     return facet_mesh(facets, order)
 
 

@@ -113,6 +113,8 @@ def test_a_pin_in_a_lug_is_a_pair_of_cylinders(tmp_path, monkeypatch, suffix):
     assert (pair["secondary"], pair["primary"]) == ("body1.7", "body2.8")
     assert [body["geometry"]["solid"] for body in found["body"]] == [1, 2]
     assert len(load("lug.toml").interfaces) == 1
+    # the proposed motion closes the clearance of 0.05
+    assert "0.06" in Path("lug.toml").read_text().partition("#>value")[2]
 
 
 @needs_gmsh

@@ -16,6 +16,7 @@ from petcontact.errors import OutputError
 from petcontact.geometry.cad import part as cad_part
 from petcontact.geometry.cad.step_names import face_names
 from petcontact.mesh.panelling import facet_mesh
+from petcontact.refinement.panels.cut_directions import at_edges
 from petcontact.refinement.panels.quartering import cut
 
 FOOT = Path(__file__).parents[2] / "configs" / "cad" / "foot.step"
@@ -78,7 +79,7 @@ def test_cells_end_where_other_solids_of_a_file_end(tmp_path):
     facets = surface.facets(1.0)
     mesh = facet_mesh(facets, 2)
     top = max(surface.faces, key=lambda face: face.centre[2])
-    middles = mesh.middles[mesh.elements_of(top.part), :3].reshape(-1, 3)
+    middles = mesh.middles[mesh.elements_of(top.part), :4].reshape(-1, 3)
     away = np.hypot(*(middles[:, :2] - [2.0, 1.5]).T)
     foot = np.abs(away - 0.8) < 1e-6
     # each side belongs to a cell inside and to one outside
@@ -88,6 +89,27 @@ def test_cells_end_where_other_solids_of_a_file_end(tmp_path):
     ring = weight[np.hypot(*inside.T) < 0.8].sum()
     np.testing.assert_allclose(ring, np.pi * (0.64 - 0.25), rtol=2e-3)
     np.testing.assert_allclose(weight.sum(), top.area, rtol=2e-3)
+
+
+@needs_gmsh
+def test_panels_of_a_block_are_cut_across_its_rims_only(tmp_path):
+    """As those of a box: cells are quadrilaterals, and those that end at the edge of a face are
+    cut to a strip there. Triangles had to be cut along it, too."""
+    file = written(tmp_path / "block.step", lambda occ: occ.addBox(0, 0, 0, 6, 6, 3))
+    surface = Gmsh(file).outline()
+    assert surface.known
+    mesh = facet_mesh(surface.facets(1.5), 1)
+    assert not np.any(np.isnan(mesh.corners))
+    (top,) = (face.part for face in surface.faces if face.centre[2] == pytest.approx(3.0))
+    once = cut(mesh, at_edges(mesh, top, []), surface)
+    twice = cut(once, at_edges(once, top, []), surface)
+    low, high = (box[twice.elements_of(top)] for box in twice.boxes)
+    rim = np.any((low[:, :2] < 1e-6) | (high[:, :2] > 6.0 - 1e-6), axis=1)
+    width = (high - low)[:, :2]
+    away = np.any((low[:, :2] > 1.0) & (high[:, :2] < 5.0), axis=1)
+    corner = rim & (width.max(axis=1) < 0.7)
+    np.testing.assert_allclose(width[rim].min(axis=1), 0.375, rtol=0.3)
+    assert np.count_nonzero(corner) <= 4 * 4 and away.any()
 
 
 @needs_gmsh
@@ -132,7 +154,7 @@ def test_surfaces_are_listed_and_meshed_by_curved_cells(tmp_path, suffix):
     exact = 2 * (12 + 8 + 6) - 2 * np.pi / 4 + 2 * np.pi, 24 - np.pi / 2
     assert surface.area == pytest.approx(exact[0], rel=1e-9)
     coarse, fine = measures(surface, 2.0), measures(surface, 0.25)
-    assert 0.7 < surface.area / (0.25**2 * np.sqrt(3) / 4) / len(surface.facets(0.25).facets) < 1.5
+    assert 0.7 < surface.area / 0.25**2 / len(surface.facets(0.25).facets) < 1.5
     assert fine[:2] == pytest.approx(exact, rel=1e-5) and np.abs(fine[2]).max() < 1e-6
     assert abs(fine[1] - exact[1]) < 0.25 * abs(coarse[1] - exact[1]) < 1e-2
     facets = surface.facets(0.25)

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import petcontact
 from petcontact import (
     Body,
     Contact,
@@ -271,3 +272,12 @@ def test_files_of_other_kinds_are_named(text, word):
 def test_an_attribute_that_a_model_has_not_is_answered_with_what_is_meant(thing, name, where):
     with pytest.raises(AttributeError, match=f"has no '{name}'.*{where}"):
         getattr(thing, name)
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [("Displacment", "did you mean 'Displacement'"), ("Force", 'condition = "traction"')],
+)
+def test_names_that_the_package_has_not_are_answered_with_what_is_meant(name, hint):
+    with pytest.raises(AttributeError, match=f"petcontact has no {name!r}.*{hint}"):
+        getattr(petcontact, name)

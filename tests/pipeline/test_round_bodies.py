@@ -83,6 +83,21 @@ def test_what_turns_a_ball_without_friction_is_held_by_nothing():
     assert not solution.converged and "'ball' cannot be held: the load turns it" in solution.reason
 
 
+def test_a_roller_that_touches_without_load_is_neither_apart_nor_overlaps():
+    """No node lies where it touches: the nearest are .04 and more away, and the polynomials between
+    them, which overlap, are no overlap."""
+    plate = solid("plate", cuboid([-10, -10, -5], [10, 10, 0]), moved("bottom", [0, 0, 0]))
+    shape = {"shape": "cylinder", "from": [-8, 0, 5], "to": [8, 0, 5], "radius": 5.0}
+    roller = solid("roller", shape, mesh={"element_size": 4.0, "order": 1})
+    plate["mesh"] = {"element_size": 5.0, "order": 1}
+    contact = touching("c", "roller.side", "plate.top")
+    solution = solve(problem(body=[plate, roller], contact=[contact]))
+    assert solution.last.pairs["c"].gap.min() > 0.01
+    assert solution.provenance.distance["c"] == 0.0
+    assert any("'c' touches without pressure" in text for text in solution.warnings)
+    assert "overlap" not in solution.verdict()
+
+
 def test_blocks_that_just_touch_carry_nothing():
     """A gap of .01, closed by .01: what round-off leaves is neither contact nor overlap."""
     box, other = cuboid([-1, -1, -1], [1, 1, 0]), cuboid([-0.7, -0.7, 0.01], [0.7, 0.7, 1])

@@ -56,6 +56,20 @@ def maximum(
     return best
 
 
+def smallest_gap(mesh: BoundaryMesh, nodes: Index, gap: Array) -> float:
+    """Return the smallest value of a gap (m,) on elements; infinite nodes face nothing [length].
+
+    It is no overlap where no node overlaps. A polynomial through gaps that grow steeply may be
+    negative between them.
+    """
+    faced = np.isfinite(gap)
+    if not faced.any():
+        return np.inf
+    above = float(gap[faced].max() + np.ptp(gap[faced]))
+    least = above - maximum(mesh, nodes, np.where(faced, above - gap, 0.0))[0]
+    return max(least, min(float(gap[faced].min()), 0.0))
+
+
 def _between(
     mesh: BoundaryMesh, element: Index, whole: Array, across: int
 ) -> tuple[Array, tuple[float, Array, int]]:

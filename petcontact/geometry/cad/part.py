@@ -12,8 +12,9 @@ import os
 import re
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -34,12 +35,20 @@ MOST_CELLS = 5e6
 """Cells of a mesh."""
 TRIED = (0.5, 0.25, 2.0)
 """Sizes that are tried where one does not work, over that one."""
+CELLS = ("quadrilaterals", "triangles", "triangles across rims")
+"""Kinds of cells, of which the first is taken that Gmsh can make: quadrilaterals, with triangles
+where they do not fit, or triangles only. Cells end where faces of other solids of the file that
+lie on the body end, but for the last kind. The tip of a cone has no quadrilaterals."""
 LIMIT = 50.0
 """Time for Gmsh to read or to mesh a file; 60 s for both were asked for [s]."""
+SOON = 0.2
+"""Share of the time in which an attempt has to fail so that another one follows: so many fit."""
 END = b"$EndElements\n"
 """Last line of the elements of a mesh file."""
 LIBRARIES = "apt install libglu1-mesa libxft2 libxcursor1 libxinerama1"
 """What Gmsh's wheel needs and Debian's minimal systems lack."""
+
+Made = TypeVar("Made")
 
 
 def is_cad(file: str) -> bool:
@@ -88,7 +97,7 @@ class CadSurface(SolidSurface):
     part_of: tuple[str, ...]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
-    exact = True
+    known = exact = True
 
     @property
     def parts(self) -> tuple[str, ...]:
@@ -113,6 +122,11 @@ class CadSurface(SolidSurface):
         """[length²]."""
         return float(sum(face.area for face in self.faces))
 
+    def area_of(self, part: str) -> float:
+        """The area of a part [length²]."""
+        pairs = zip(self.faces, self.part_of, strict=True)
+        return float(sum(face.area for face, own in pairs if own == part))
+
     @property
     def usual_size(self) -> float:
         """Size of cells where none is given [length]."""
@@ -120,7 +134,7 @@ class CadSurface(SolidSurface):
         return self.diameter / 12
 
     def facets(self, size: float | None = None) -> FacetSurface:
-        """Curved triangles of about a size, of the second order.
+        """Curved cells of about a size, of the second order.
 
         Raises
         ------
@@ -132,7 +146,7 @@ class CadSurface(SolidSurface):
         try:
             return _facets(self, size)
         except InputError as error:
-            others = (size * factor for factor in TRIED if time.monotonic() - began < 0.2 * LIMIT)
+            others = (size * factor for factor in TRIED if time.monotonic() - began < SOON * LIMIT)
             works = [f"{other:.3g}" for other in others if self._is_meshed(other)][:1]
             remedy = (
                 f"mesh.element_size = {works[0]} works"
@@ -155,12 +169,8 @@ class CadSurface(SolidSurface):
             [surfaces[k] for k in part.tolist()], points
         )
 
-    def write_msh(
-        self, target: str | Path, size: float | None = None, order: int = 2, *, imprint: bool = True
-    ) -> None:
+    def write_msh(self, target: str | Path, size: float | None = None, order: int = 2) -> None:
         """Write the mesh as a Gmsh file, format 4.1, with a physical surface for each part.
-
-        With `imprint`, cells end where faces of other solids of the file that lie on it end.
 
         Raises
         ------
@@ -170,15 +180,19 @@ class CadSurface(SolidSurface):
             If not all of the file could be written, of which Gmsh says nothing.
         """
         size = size or self.usual_size
-        cells = 4.0 / 3.0**0.5 * self.area / size / size
-        if cells > MOST_CELLS:
+        if (cells := self.area / size / size) > MOST_CELLS:
             enough = 1.1 * size * float(cells / MOST_CELLS) ** 0.5
             raise InputError(
                 f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about "
                 f"{cells:.2g}, {MOST_CELLS:.0e} at most are made; a size of {enough:.2g} will do"
             )
+        _first_of(lambda kind: self._write(target, size, order, kind))
+
+    def _write(self, target: str | Path, size: float, order: int, kind: str) -> None:
+        """Write the mesh with cells of one of `CELLS`."""
         request: Keyed = {"parts": self._numbers, "size": size, "order": order}
-        ask(self.file, target=str(target), imprint=imprint, **request)
+        request |= {"imprint": kind != CELLS[-1], "quadrilaterals": kind == CELLS[0]}
+        ask(self.file, target=str(target), **request)
         with open(target, "rb") as file:
             file.seek(max(0, os.path.getsize(target) - len(END)))
             if file.read() != END:
@@ -205,15 +219,25 @@ class CadSurface(SolidSurface):
 def _facets(surface: CadSurface, size: float) -> FacetSurface:
     import tempfile
 
-    def made(*, imprint: bool) -> FacetSurface:
+    def made(kind: str) -> FacetSurface:
         with tempfile.TemporaryDirectory(prefix="petcontact-") as folder:
             target = Path(folder) / "part.msh"
-            surface.write_msh(target, size, imprint=imprint)
+            surface._write(target, size, 2, kind)
             return gmsh_surface(read_msh(str(target)), f"{surface.file}: {surface.solid}")
 
-    with contextlib.suppress(InputError):
-        return made(imprint=True)
-    return made(imprint=False)
+    return _first_of(made)
+
+
+def _first_of(made: Callable[[str], Made]) -> Made:
+    """Return what is made of the first kind of `CELLS` that works, or of none that takes long."""
+    began = time.monotonic()
+    for kind in CELLS[:-1]:
+        try:
+            return made(kind)
+        except InputError:
+            if time.monotonic() - began > SOON * LIMIT:
+                raise
+    return made(CELLS[-1])
 
 
 def cad_surface(

@@ -95,13 +95,23 @@ def meshed(gmsh: ModuleType, request: dict[str, Any]) -> dict[str, object]:
     option("Mesh.MeshSizeFromCurvature", 8)
     option("Mesh.MeshSizeMin", FINEST * request["size"])
     option("Mesh.ElementOrder", request["order"])
-    option(
-        "Mesh.Algorithm", 6
-    )  # of the same points the same triangles, whatever the number of threads
+    # of the same points the same cells, whatever the number of threads
+    option("Mesh.Algorithm", 6)
+    if request["quadrilaterals"]:
+        _recombine(model, wanted)
     _imprint(model, rims)
     model.mesh.generate(2)
     gmsh.write(request["target"])
     return {}
+
+
+def _recombine(model: Any, faces: set[int]) -> None:
+    """Join triangles in pairs: quadrilaterals can be cut across one direction only, as strips along
+    rims are."""
+    for face in faces:
+        model.mesh.setRecombine(2, face)
+        if model.getType(2, face) == "Plane":  # whose points may lie in rows
+            model.mesh.setAlgorithm(2, face, 8)
 
 
 def _rims_on(model: Any, faces: set[int], size: float) -> dict[tuple[int, int], float]:

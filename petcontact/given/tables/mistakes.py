@@ -63,7 +63,7 @@ def _mistake(mistake: ErrorDetails, cls: type, data: object) -> str:
             named = {k: v for k, v in dict(mistake["input"]).items() if v in tags}
             hint = "".join(f'; write {name} = "{v}", not {k}' for k, v in named.items())
             return f"{key}: this key is required, {allowed}{hint}"
-        return f"{key}: {allowed}, got {shown(context['tag'])}{nearest(context['tag'], tags)}"
+        return f"{key}: {_no_tag(context['tag'], tags, allowed)}"
     if kind == "missing":
         if isinstance(loc[-1], int):
             return f"{_key(loc[:-1], data)}: needs {loc[-1] + 1} numbers{given}"
@@ -75,6 +75,12 @@ def _mistake(mistake: ErrorDetails, cls: type, data: object) -> str:
     if not (kind == "value_error" and isinstance(mistake["input"], dict)):
         message += given + _meant(mistake, message, re.sub(r"\[\d+\]", "", key), cls)
     return ": ".join(filter(None, [key, message]))
+
+
+def _no_tag(given: str, tags: list[str], allowed: str) -> str:
+    """What is allowed in the place of a word; what is said of it names that, if anything is."""
+    hint = nearest(given, tags)
+    return f"{'' if hint.startswith(';') else f'{allowed}, '}got {shown(given)}{hint}"
 
 
 def _meant(mistake: ErrorDetails, message: str, table: str, cls: type) -> str:

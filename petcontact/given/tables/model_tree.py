@@ -27,8 +27,9 @@ def instead(cls: Class, loc: Place, data: object) -> str:
     there = f", did you mean {' or '.join(given[:3])}?" if given else ""
     near, few = nearest(key, keys), len(keys) <= FEW
     near, said = ("", near) if few and near.startswith(";") else (near, "")
-    where = of_another(cls, loc) or there or near or ("" if few else stands_in(cls, key, loc))
-    return where or f"{valid}{said}"
+    # a key of another table is more likely meant than a similar one of this table
+    elsewhere = "" if few else stands_in(cls, key, loc)
+    return of_another(cls, loc) or there or elsewhere or near or f"{valid}{said}"
 
 
 def models_at(cls: Class, loc: Place) -> list[Class]:

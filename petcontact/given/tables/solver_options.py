@@ -218,7 +218,7 @@ class MeshOptions(Model):
     accuracy : float, optional
         Where neither sizes nor order nor grading are given, the solve is adaptive: it refines until
         the estimated relative error is below this [-]; of u_t of one body in bilateral contact
-        (1e-4 by default), else of pressure and shear (1e-2); in 3D 2e-2. Surfaces from files are
+        (1e-4 by default), else of pressure and shear (1e-2); in 3D 2e-2. Facets of .msh files are
         refined only where it is given.
     exponent : float, optional, in 3D
         3D boxes only: panels shrink towards the edges of a face with this power of their number.

@@ -35,10 +35,10 @@ class Gmsh(Shape):
     nodes. Where the file has the cells of the body, only what belongs to one of them counts.
 
     Or a solid of a CAD file (.step, .stp, .iges, .igs, .brep), by Gmsh (`scripts/setup --cad`):
-    curved triangles of about mesh.element_size (default: a twelfth of the diagonal of the box
-    around it), at least eight around a full circle. Parts are the surfaces' names in a STEP file,
-    else their numbers, which `petcontact mesh part.step` lists. Lengths are in millimetres, as
-    OpenCASCADE reads them.
+    curved quadrilaterals of about mesh.element_size, at least eight around a full circle, and
+    triangles where they do not fit. Without a [mesh] the meshes adapt themselves. Parts are the
+    surfaces' names in a STEP file, else their numbers, which `petcontact mesh part.step` lists.
+    Lengths are in millimetres, as OpenCASCADE reads them.
 
     In a config::
 

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...geometry.surface import Boundary
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -159,26 +158,23 @@ class PanelCuts:
         return own[cached[1][0]], opposite[cached[1][1]]
 
     @functools.cached_property
-    def _edges(self) -> list[tuple[Boundary, list[Array]]]:
-        """The surface of each interface's secondary, and the points of the edges that press on
-        it."""
+    def _edges(self) -> list[list[Array]]:
+        """The points of the edges that press on each interface's secondary."""
         boundaries = self._posed.boundaries
         return [
-            (shape, [] if (gap := side.law.gap) is None else gap_edges(shape, side.part, gap))
-            for side in self._sides
-            for shape in (boundaries[side.body],)
+            [] if gap is None else gap_edges(boundaries[side.body], side.part, gap)
+            for side, gap in ((side, side.law.gap) for side in self._sides)
         ]
 
     def at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
-        """Return the marks of secondaries along coordinates in which panels of boxes end at a rim,
-        or at an edge that presses, and are long."""
+        """Return the marks of secondaries along coordinates in which panels end at a rim, or at an
+        edge that presses, and are long."""
         result = [np.zeros_like(mask) for mask in marked]
-        for side, (outline, edges) in zip(self._sides, self._edges, strict=True):
+        for side, edges in zip(self._sides, self._edges, strict=True):
             mesh = meshes[side.body]
             size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
-            on_part = (mesh.part == mesh.part_names.index(side.part))[:, None]
-            long = on_part & (np.linalg.norm(sides(mesh), axis=2) > FADE * size)
-            result[side.body] |= marked[side.body] & long & at_edges(outline, mesh, edges)
+            long = np.linalg.norm(sides(mesh), axis=2) > FADE * size
+            result[side.body] |= marked[side.body] & long & at_edges(mesh, side.part, edges)
         return result
 
     def too_much(self, meshes: Sequence[BoundaryMesh], seen: Seen, faces: int = 0) -> str:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, Mask, marked
+from ...geometry.cad.part import CadSurface
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
 from ...given.body_data import Body
 from ...given.conditions import Contact
@@ -106,6 +107,8 @@ class FirstMeshes:
         if not (boundary.exact and boundary.known):
             return _First(mesh, mesh)
         thick, multiple = thick_enough(body, boundary, mesh, self.nodes)
+        while (few := _few_on_contact(thick, given)).any():
+            thick = cut(thick, few, boundary)
         return _First(thick, mesh, multiple)
 
     def _presses(self, secondary: int, primary: int) -> bool:
@@ -132,6 +135,16 @@ def first_options(body: Body, boundary: Boundary, *, bilateral: bool) -> Body:
     return replace(body, mesh=MeshOptions(**options))
 
 
+def _few_on_contact(mesh: SurfaceMesh, body: Body) -> Mask:
+    """Return panels that are twice as large as `ROUND` panels on their contact part would be,
+    (n_elements, 2)."""
+    area, result = np.bincount(mesh.element, mesh.weight), np.zeros((mesh.n_elements, 2), bool)
+    for part in (c.part for c in body.boundary if isinstance(c, Contact)):
+        own = mesh.elements_of(part)
+        result[own] = (area[own] > 2.0 / ROUND * area[own].sum())[:, None]
+    return result
+
+
 @functools.singledispatch
 def _first_sizes(boundary: Boundary, body: Body, touching: list[str]) -> Keyed:
     """Return the options for the size of the first panels."""
@@ -140,6 +153,13 @@ def _first_sizes(boundary: Boundary, body: Body, touching: list[str]) -> Keyed:
     usual = mesh_of(replace(body, mesh=MeshOptions(order=0)), boundary)
     areas = [usual.weight[usual.nodes_of(part)].sum() for part in touching]
     return {"element_size": math.sqrt(min(areas) / ROUND)}
+
+
+@_first_sizes.register
+def _(boundary: CadSurface, body: Body, touching: list[str]) -> Keyed:
+    usual = boundary.usual_size
+    areas = [boundary.area_of(part) for part in touching]
+    return {"element_size": max(usual, math.sqrt(min(areas) / ROUND))}
 
 
 @_first_sizes.register

@@ -11,6 +11,7 @@ from ...arrays import Array
 from ...compliance.interface import Interface
 from ...contact.friction_law import contact_norm, lengths
 from ...contact.law_protocol import OPEN
+from ...fields.boundary.maxima import smallest_gap
 from ...geometry.rotation import Motions
 from ...given.posed import HOLD, Obstacle
 from ...results.records import StepResult
@@ -31,7 +32,7 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
     measured = problem.discrete.sides, problem.discrete.boundaries
     findings = [
         *problem.discrete.findings,
-        *_open(results),
+        *_open(problem, results),
         *problem.discrete.of_meshes,
         *(
             finding
@@ -225,15 +226,17 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
     )
 
 
-def _open(results: list[StepResult]) -> Iterator[Finding]:
+def _open(problem: PreparedProblem, results: list[StepResult]) -> Iterator[Finding]:
     """Find that no increment has contact anywhere."""
     pairs = results[-1].pairs if results else {}
     if not pairs or any((p.state != OPEN).any() for r in results for p in r.pairs.values()):
         return
+    discrete = problem.discrete
     gaps = {
-        name: pair.gap[np.isfinite(pair.gap)].min(initial=np.inf) for name, pair in pairs.items()
+        own.name: smallest_gap(discrete.meshes[own.body], own.nodes, pairs[own.name].gap)
+        for own in discrete.interfaces
     }
-    apart = "; ".join(f"pair {name!r} {_distance(float(gap))}" for name, gap in gaps.items())
+    apart = "; ".join(f"pair {name!r} {_distance(gap)}" for name, gap in gaps.items())
     yield new_finding(
         "no contact",
         f"no contact anywhere ({apart})",

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Mask
 from ...compliance.interface import Interface
 from ...errors import InputError
-from ...fields.boundary.maxima import maximum
+from ...fields.boundary.maxima import smallest_gap
 from ...geometry.rotation import lifted
 from ...given.body_data import Body
 from ...given.interface_data import Law, PosedInterface
@@ -160,7 +160,7 @@ def contact_interface(
     return (
         Interface(side.name, side.body, nodes, normal, tangent, gap, **opposite),
         # what is given may jump within an element
-        _smallest(mesh, nodes, gap) if law.gap is None else float(gap.min(initial=np.inf)),
+        smallest_gap(mesh, nodes, gap) if law.gap is None else float(gap.min(initial=np.inf)),
         list(_findings(side, mesh, facing, np.isfinite(gap))),
     )
 
@@ -221,15 +221,6 @@ def _findings(
             how = "overlap" if far < 0.0 else "are apart"
             text = f"the parts {how} by up to {abs(far):.3g}, and are joined as they lie"
             yield new_finding("closed gap", text, where, measured=abs(far))
-
-
-def _smallest(mesh: BoundaryMesh, nodes: Index, gap: Array) -> float:
-    """Return the smallest value of a gap (m,) on elements; infinite nodes face nothing [length]."""
-    faced = np.isfinite(gap)
-    if not faced.any():
-        return np.inf
-    above = float(gap[faced].max() + np.ptp(gap[faced]))
-    return above - maximum(mesh, nodes, np.where(faced, above - gap, 0.0))[0]
 
 
 def periodic_interface(body: Body, side: PosedInterface, mesh: BoundaryMesh) -> Interface:

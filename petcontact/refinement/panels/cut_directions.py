@@ -5,16 +5,16 @@ Edges of contact and of bodies need panels that are narrow across them.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.basis import gauss, lagrange_coefficients
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ...round_off import WRITTEN
+from .edges import TOGETHER
+from .tail import distance_from_rim
 
 SLIGHT = 0.1
 """Squared tail along one coordinate over that along the other from which both are halved [-]."""
@@ -90,24 +90,33 @@ def matched(sides: Array, others: Array) -> Index:
     return np.where(crossed[:, None], [1, 0], [0, 1])
 
 
-@functools.singledispatch
-def at_edges(boundary: Boundary, mesh: SurfaceMesh, pressing: Sequence[Array]) -> Mask:
-    """Return the coordinates along which panels of a box end at an edge, (n_elements, 2).
+def at_edges(mesh: SurfaceMesh, part: str, pressing: Sequence[Array]) -> Mask:
+    """Return the coordinates along which quadrilaterals of a part end at its rim, or at a line that
+    presses on it, (n_elements, 2).
 
-    It is an edge of their face, or a line whose points (k, 3) are among `pressing`, see
-    `gap_edges`. Other surfaces have none.
+    Points (k, 3) of such lines are `pressing`, see `gap_edges`.
     """
-    return np.zeros((mesh.n_elements, 2), dtype=bool)
-
-
-@at_edges.register
-def _(box: BoxSurface, mesh: SurfaceMesh, pressing: Sequence[Array]) -> Mask:
-    low, high = mesh.boxes
-    vectors = np.abs(sides(mesh))
-    near = WRITTEN * (box.upper - box.lower)
-    ends = (low - box.lower < near) | (box.upper - high < near)
+    panels = mesh.elements_of(part)
+    panels = panels[mesh.kind[panels] & TRIANGLE == 0]
+    corners = mesh.corners[panels]
+    following = np.roll(corners, -1, axis=1)
+    bent = ~np.isnan(mesh.middles[panels, :4])
+    middle = np.where(bent, mesh.middles[panels, :4], 0.5 * (corners + following)).reshape(-1, 3)
+    near = TOGETHER * np.linalg.norm(following - corners, axis=2).ravel()
+    off = distance_from_rim(mesh, mesh.part_names.index(part), middle, near)
     for points in pressing:
-        reached = (np.abs(low - points[0]) < near) | (np.abs(high - points[0]) < near)
-        ends |= reached & (np.ptp(points, axis=0) < near)
-    axis = vectors.argmax(axis=2)
-    return np.take_along_axis(ends, axis, axis=1)
+        off = np.minimum(off, _off_line(points, middle))
+    result = np.zeros((mesh.n_elements, 2), dtype=bool)
+    # the first coordinate runs from the last side to the second one
+    result[panels] = (off <= near).reshape(-1, 2, 2).any(axis=1)[:, ::-1]
+    return result
+
+
+def _off_line(points: Array, x: Array) -> Array:
+    """Return the distance (n,) of places (n, 3) from the line through points (k, 3) [length];
+    infinite where these do not lie on one."""
+    middle = points.mean(axis=0)
+    size, ways = np.linalg.svd(points - middle, full_matrices=False)[1:]
+    if size[1] > WRITTEN * size[0]:
+        return np.full(len(x), np.inf)
+    return np.asarray(np.linalg.norm(np.cross(x - middle, ways[0]), axis=1))

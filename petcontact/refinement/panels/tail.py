@@ -135,23 +135,29 @@ def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf
     A rim consists of sides of elements of other parts. The distance is infinite if no rim is within
     `reach`, a number or (m,) [length]. Curved sides count as chords of their pieces.
     """
-    result = np.full(len(nodes), np.inf)
+    result, reach = np.empty(len(nodes)), np.broadcast_to(reach, len(nodes))
     part = mesh.node_part[nodes]
-    reach = np.broadcast_to(reach, len(nodes))
-    for number in np.unique(part):
-        # the surface of a whole body has no other part
-        segments = _pieces(mesh, [name for k, name in enumerate(mesh.part_names) if k != number])
+    for number in np.unique(part).tolist():
         members = np.flatnonzero(part == number)
-        middle = 0.5 * (segments[:, 0] + segments[:, 1])
-        along = segments[:, 1] - segments[:, 0]
         x = mesh.x[nodes[members]]
-        half = 0.5 * np.linalg.norm(along, axis=1).max(initial=0.0)
-        point, side = within(middle, x, reach[members] + half)
-        from_start, vector = x[point] - segments[side, 0], along[side]
-        square = np.maximum(np.sum(vector**2, axis=1), TINY)
-        share = np.clip(np.sum(from_start * vector, axis=1) / square, 0.0, 1.0)
-        distance = np.linalg.norm(from_start - share[:, None] * vector, axis=1)
-        np.minimum.at(result, members[point], distance)
+        result[members] = distance_from_rim(mesh, number, x, reach[members])
+    return result
+
+
+def distance_from_rim(mesh: BoundaryMesh, part: int, x: Array, reach: Array) -> Array:
+    """Return the distance (m,) of places (m, d) from the rim of a part, see `rim_distance`."""
+    result = np.full(len(x), np.inf)
+    # the surface of a whole body has no other part
+    segments = _pieces(mesh, [name for k, name in enumerate(mesh.part_names) if k != part])
+    middle = 0.5 * (segments[:, 0] + segments[:, 1])
+    along = segments[:, 1] - segments[:, 0]
+    half = 0.5 * np.linalg.norm(along, axis=1).max(initial=0.0)
+    point, side = within(middle, x, reach + half)
+    from_start, vector = x[point] - segments[side, 0], along[side]
+    square = np.maximum(np.sum(vector**2, axis=1), TINY)
+    share = np.clip(np.sum(from_start * vector, axis=1) / square, 0.0, 1.0)
+    distance = np.linalg.norm(from_start - share[:, None] * vector, axis=1)
+    np.minimum.at(result, point, distance)
     return np.where(result <= reach, result, np.inf)
 
 
