@@ -12,7 +12,7 @@ from shapes import drawn, elastic, problem
 from petcontact import Box, Material, Polygon, Rectangle, SideBySide
 from petcontact.bem.particular.fit import fitted, points_in
 from petcontact.bem.particular.polynomial_solution import particular_solution
-from petcontact.bem.particular.polynomials import BodyBox, total_degrees, values
+from petcontact.bem.particular.polynomials import BodyBox, padded, total_degrees, values
 from petcontact.refinement.body_meshes import mesh_of
 
 
@@ -42,12 +42,12 @@ SHAPES = {
 
 
 @functools.cache
-def meshed(name):
+def meshed(name, size=0.25, order=2):
     boundary = SHAPES[name].outline()
     body = problem(
         material=elastic(200.0, 0.3),
         geometry=SHAPES[name],
-        mesh={"element_size": 0.25, "order": 2},
+        mesh={"element_size": size, "order": order},
         boundary=[drawn(part, (0.0,) * boundary.dim) for part in boundary.parts],
     )
     return mesh_of(body.bodies[0], boundary)
@@ -88,6 +88,16 @@ def test_stress_is_hookes_of_u_and_balances_the_force(name, plane, degree):
     assert np.abs(sum(slope(found.stress, j)[:, :, j] for j in range(d)) + b).max() < blur * (
         np.abs(b).max() + size / box.half.min()
     )
+
+
+@pytest.mark.parametrize(("name", "apart"), [("plate", 1e-6), ("box", 0.1)])
+def test_a_solution_is_the_same_on_every_mesh(name, apart):
+    coarse, fine = (BodyBox.around(meshed(name, *mesh)) for mesh in ((1.0, 0), (0.25, 2)))
+    assert np.allclose([*coarse.centre, *coarse.half], [*fine.centre, *fine.half])
+    d = len(fine.half)
+    p = random(np.random.default_rng(1), d, {2: 20, 3: 6}[d])
+    q, other = (box.inverse_laplacian(padded(p, len(p) + 2)) for box in (coarse, fine))
+    assert np.abs(q - other).max() < apart * np.abs(other).max()
 
 
 @pytest.mark.parametrize(

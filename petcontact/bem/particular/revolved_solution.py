@@ -18,7 +18,7 @@ from ...arrays import Array
 from ...given.tables.material import Material
 from ...mesh.boundary_mesh import BoundaryMesh
 from .polynomial_solution import ParticularSolution, particular_solution
-from .polynomials import degree, padded
+from .polynomials import degree, extent, padded
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +38,8 @@ class RingBox:
 
     @classmethod
     def around(cls, mesh: BoundaryMesh) -> RingBox:
-        """Return the box of the nodes."""
-        return cls(mesh.x.min(axis=0), mesh.x.max(axis=0))
+        """Return the box of the boundary."""
+        return cls(*extent(mesh, np.eye(2)))
 
     @property
     def centre(self) -> Array:
