@@ -238,15 +238,15 @@ class Samples(Keeping):
         self, key: str, peak: Number, first: float, above: float, times: float
     ) -> tuple[float, Array] | None:
         """The top that is reached from a sample, by grids of some first half width."""
-        value, start, part = float(peak.value[0]), peak.place, peak.part
-        assert start is not None  # as in `top`
-        ways, apart = self._ways(start, part)
-        place, step, most = start, first, value + FLAT * abs(value)
+        value, place, step = float(peak.value[0]), peak.place, first
+        assert peak.place is not None and place is not None  # as in `top`
+        ways, apart = self._ways(place, peak.part)
+        most = value + FLAT * abs(value)
         for _ in range(CLIMBS):
-            x, values = self._values_near(key, place, step, ways, part)
+            x, values = self._values_near(key, place, step, ways, peak.part)
             k, reached = first_largest(values), 0.0
             if values[k] > value + FINEST**2 * abs(value):
-                far = np.linalg.norm(x[k] - start) > AWAY * first
+                far = np.linalg.norm(x[k] - peak.place) > AWAY * first
                 if far or self._leaves_out(x[k : k + 1], times)[0]:
                     return (value, place) if value <= most else None
                 reached = float(np.linalg.norm(x[k] - place))
@@ -259,7 +259,7 @@ class Samples(Keeping):
             if step < FINEST * first:
                 break
         # at the rim of what is too near to the surface stress grows on to that
-        at_rim = not part and self._too_near(place + step * ways).any()
+        at_rim = not peak.part and self._too_near(place + step * ways).any()
         return None if at_rim else (value, place)
 
     def _ways(self, place: Array, part: str) -> tuple[Array, float]:
