@@ -248,7 +248,7 @@ class Samples(Keeping):
             if values[k] > value + FINEST**2 * abs(value):
                 far = np.linalg.norm(x[k] - peak.place) > AWAY * first
                 if far or self._leaves_out(x[k : k + 1], times)[0]:
-                    return (value, place) if value <= most else None
+                    return (value, place) if values[k] <= most else None
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
             leads_on = reached > (1.0 - apart) * step
