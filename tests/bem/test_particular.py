@@ -12,7 +12,8 @@ from shapes import drawn, elastic, problem
 from petcontact import Box, Material, Polygon, Rectangle, SideBySide
 from petcontact.bem.particular.fit import fitted, points_in
 from petcontact.bem.particular.polynomial_solution import particular_solution
-from petcontact.bem.particular.polynomials import BodyBox, total_degrees, values
+from petcontact.bem.particular.polynomials import BodyBox, padded, total_degrees, values
+from petcontact.bem.particular.revolved_solution import RingBox
 from petcontact.refinement.body_meshes import mesh_of
 
 
@@ -42,12 +43,12 @@ SHAPES = {
 
 
 @functools.cache
-def meshed(name):
+def meshed(name, size=0.25, order=2):
     boundary = SHAPES[name].outline()
     body = problem(
         material=elastic(200.0, 0.3),
         geometry=SHAPES[name],
-        mesh={"element_size": 0.25, "order": 2},
+        mesh={"element_size": size, "order": order},
         boundary=[drawn(part, (0.0,) * boundary.dim) for part in boundary.parts],
     )
     return mesh_of(body.bodies[0], boundary)
@@ -88,6 +89,39 @@ def test_stress_is_hookes_of_u_and_balances_the_force(name, plane, degree):
     assert np.abs(sum(slope(found.stress, j)[:, :, j] for j in range(d)) + b).max() < blur * (
         np.abs(b).max() + size / box.half.min()
     )
+
+
+@pytest.mark.parametrize(("name", "apart"), [("plate", 1e-6), ("box", 0.1)])
+def test_a_solution_is_the_same_on_every_mesh(name, apart):
+    coarse, fine = (BodyBox.around(meshed(name, *mesh)) for mesh in ((1.0, 0), (0.25, 2)))
+    assert np.allclose([*coarse.centre, *coarse.half], [*fine.centre, *fine.half])
+    d = len(fine.half)
+    p = random(np.random.default_rng(1), d, {2: 20, 3: 6}[d])
+    q, other = (box.inverse_laplacian(padded(p, len(p) + 2)) for box in (coarse, fine))
+    assert np.abs(q - other).max() < apart * np.abs(other).max()
+
+
+@functools.cache
+def half_section(size, order):
+    posed = problem(
+        symmetry="axial",
+        material=elastic(200.0, 0.3),
+        geometry=Rectangle((0, 0), (2, 1)),
+        mesh={"element_size": size, "order": order},
+        boundary=[drawn(part, (0.0, 0.0)) for part in ("bottom", "right", "top")],
+    )
+    return mesh_of(posed.bodies[0], posed.outline())
+
+
+def test_around_an_axis_stresses_are_as_large_as_heat_makes_them_on_every_mesh():
+    """E α T/(1 - ν) is the largest that a temperature makes in a body that is held."""
+    heat, none = random(np.random.default_rng(3), 2, 12), [np.zeros((1, 1))] * 2
+    fine, stresses = half_section(0.25, 2), []
+    x = fine.x
+    for mesh in (half_section(1.0, 0), fine):
+        found = particular_solution(RingBox.around(mesh), none, heat, steel("strain"))
+        stresses.append(np.abs(found.stress(x)).max() / np.abs(found.thermal_stress(x)).max())
+    assert stresses[0] == pytest.approx(stresses[1], rel=0.1) and stresses[0] < 2.0
 
 
 @pytest.mark.parametrize(

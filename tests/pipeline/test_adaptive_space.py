@@ -264,3 +264,18 @@ def test_what_is_wrong_with_one_contact_moves_others_by_no_more_than_its_force(f
     np.testing.assert_allclose([by_pair[name][1] for name in "ab"], resultants)
     np.testing.assert_allclose([by_pair[name][0] for name in "ab"], [max(0.1, resultants[0]), 0.9])
     np.testing.assert_allclose(errors.error(), (0.9, 0.81))
+
+
+def test_a_wave_between_two_planes_of_symmetry_has_panels_on_its_face_only(monkeypatch):
+    """Contact at one plane is not that at the other one: a hill lies between them."""
+    monkeypatch.setattr(budget, "BUDGETS", {key: Budget(400, 10.0) for key in (False, True)})
+    sides = moved("bottom", [0.0] * 3), *rollers("left", "right", "front", "back")
+    block = solid("block", cuboid([0.0] * 3, [2.0] * 3), *sides)
+    wave = touching("wave", "block.top", "punch", gap="0.008*(1 - cos(pi*y))")
+    punch = {"name": "punch", "displacement": [0.0, 0.0, -0.018]}
+    solution = solve(problem(body=[block], obstacle=[punch], contact=[wave]))
+    while solution is not None:
+        mesh = solution.meshes["block"]
+        assert mesh.x.min() > -1e-9 and mesh.x.max() < 2.0 + 1e-9
+        assert mesh.weight[mesh.nodes_of("top")].sum() == pytest.approx(4.0)
+        solution = solution.coarser

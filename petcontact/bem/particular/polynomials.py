@@ -20,14 +20,42 @@ from ...arrays import Array, Index
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import Keeping
 
-NODES = 250
-"""Nodes of the boundary at which inverse Laplacians are kept small, at most about."""
+SAMPLES = 250
+"""Points of the boundary at which inverse Laplacians are kept small."""
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+"""Its multiples are spread over [0, 1] most evenly (V. Sós' theorem of three gaps)."""
 
 
 def total_degrees(degree: int, d: int) -> Index:
     """Return the exponents (d, N) of total degree up to `degree`."""
     exponents = np.indices((degree + 1,) * d).reshape(d, -1)
     return exponents[:, exponents.sum(axis=0) <= degree]
+
+
+def spread_over(mesh: BoundaryMesh, count: int) -> Array:
+    """Return points (count, d) that are spread evenly over the boundary, whatever its elements are.
+
+    Nodes do not do: between those of a few elements a polynomial of a high degree may be of any
+    size.
+    """
+    numbers, faces = mesh.faces(*mesh.part_names)
+    area = np.bincount(mesh.element, mesh.weight, mesh.n_elements)[numbers]
+    ends = np.cumsum(area)
+    wanted = (np.arange(count) + 0.5) / count * ends[-1]
+    number = np.searchsorted(ends, wanted).clip(max=len(ends) - 1)
+    along = 1.0 - (ends[number] - wanted) / area[number]
+    across = np.arange(count) * GOLDEN % 1.0
+    share = np.column_stack([along, across])[:, : mesh.dim - 1]
+    return faces.at(number, faces.spread(number, share))[0]
+
+
+def extent(mesh: BoundaryMesh, axes: Array) -> tuple[Array, Array]:
+    """Return the least and the largest coordinates (d,) of the boundary along axes (d, d): those of
+    nodes and of the ends of elements, as no node lies at a corner."""
+    _, faces = mesh.faces(*mesh.part_names)
+    number, start, _ = faces.rims()
+    along = np.vstack([mesh.x, faces.at(number, start)[0]]) @ axes.T
+    return along.min(axis=0), along.max(axis=0)
 
 
 def degree(p: Array) -> int:
@@ -59,8 +87,8 @@ class BodyBox(Keeping):
         A unit vector a row.
     half : (d,) array
         Half the lengths of its sides [length].
-    nodes, weight : (n, d), (n,) arrays
-        ξ at nodes of the boundary, and their shares of it.
+    samples : (n, d) array
+        ξ at points all over the boundary, each of which stands for the same share of it.
     radius : float
         The smallest of gyration of the boundary [length].
     highest : float
@@ -70,8 +98,7 @@ class BodyBox(Keeping):
     centre: Array
     axes: Array
     half: Array
-    nodes: Array
-    weight: Array
+    samples: Array
     radius: float
     highest: ClassVar[float] = math.inf
 
@@ -79,23 +106,15 @@ class BodyBox(Keeping):
     def around(cls, mesh: BoundaryMesh) -> BodyBox:
         """Return the box along the principal axes of the boundary where it is long, otherwise along
         those of the coordinates."""
-        weight = mesh.weight / mesh.weight.sum()
-        away = mesh.x - weight @ mesh.x
-        moments, vectors = np.linalg.eigh(np.einsum("n,ni,nj->ij", weight, away, away))
+        samples = spread_over(mesh, SAMPLES)
+        away = samples - samples.mean(axis=0)
+        moments, vectors = np.linalg.eigh(away.T @ away / SAMPLES)
         # the box of a body twice as long as thick lies along its principal axes
         axes = vectors.T if moments[-1] > 4.0 * moments[0] else np.eye(mesh.dim)
-        along = mesh.x @ axes.T
-        low, high = along.min(axis=0), along.max(axis=0)
-        few = slice(None, None, -(-mesh.n_nodes // NODES))
+        low, high = extent(mesh, axes)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        return cls(
-            middle @ axes,
-            axes,
-            half,
-            (along[few] - middle) / half,
-            weight[few],
-            float(np.sqrt(moments[0])),
-        )
+        local = (samples @ axes.T - middle) / half
+        return cls(middle @ axes, axes, half, local, float(np.sqrt(moments[0])))
 
     def across(self, axis: Sequence[float] | None) -> Array:
         """The part of a vector across an axis of rotation, in space that along z by default, (d,
@@ -167,13 +186,13 @@ class BodyBox(Keeping):
         which derivatives leave open, and all derivatives of an order together, which turn with the
         axes."""
         unit = self.half.min()
-        tables = [chebyshev.chebvander(xi, len(slope) - 1) for xi in self.nodes.T]
+        tables = [chebyshev.chebvander(xi, len(slope) - 1) for xi in self.samples.T]
         for times in total_degrees(max(orders), len(self.half)).T:
             if (order := int(times.sum())) in (0, *orders):
-                at_nodes = _derivative(tables, times, slope, self.half / unit, wanted)
+                values = _derivative(tables, times, slope, self.half / unit, wanted)
                 ways = math.factorial(order) / math.prod(map(math.factorial, times))
-                share = np.sqrt(ways * self.weight)[:, None] * (self.radius / unit) ** (order - 1)
-                yield share * at_nodes if order in orders else self.weight[None] @ at_nodes
+                share = math.sqrt(ways / len(values)) * (self.radius / unit) ** (order - 1)
+                yield share * values if order in orders else values.mean(axis=0, keepdims=True)
 
     def integral_of_strain(self, p: Array) -> list[Array]:
         """u whose strain is p I, by the components along the axes, for p that are linear or, in the

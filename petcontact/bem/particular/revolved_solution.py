@@ -2,7 +2,8 @@
 
 Both are polynomials in r and z, of odd powers of r too: cones of temperature are loads as any. With
 L_k = ∂²/∂r² + ∂/r∂r - k²/r² + ∂²/∂z², L_k (r^(m+2) z^n) = ((m+2)² - k²) r^m z^n + n(n-1) r^(m+2)
-z^(n-2), so that a polynomial q with L_k q = p follows from the highest power of z down.
+z^(n-2), so that a polynomial q with L_k q = p follows from the highest power of z down. To it
+polynomials with L_k q = 0 are added, one a degree, so that it is small on the boundary.
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ from numpy.polynomial.polynomial import polyder, polyval2d
 from ...arrays import Array
 from ...given.tables.material import Material
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...round_off import TINY
 from .polynomial_solution import ParticularSolution, particular_solution
-from .polynomials import degree, padded
+from .polynomials import SAMPLES, degree, extent, padded, spread_over
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,17 +31,20 @@ class RingBox:
     ----------
     low, high : (2,) arrays
         Corners of the box around the half section [length].
+    spread : (n, 2) array
+        Points all over the boundary [length].
     """
 
     low: Array
     high: Array
+    spread: Array
     axes: ClassVar[Array] = np.eye(2)
     highest: ClassVar[int] = 12
 
     @classmethod
     def around(cls, mesh: BoundaryMesh) -> RingBox:
-        """Return the box of the nodes."""
-        return cls(mesh.x.min(axis=0), mesh.x.max(axis=0))
+        """Return the box of the boundary."""
+        return cls(*extent(mesh, np.eye(2)), spread_over(mesh, SAMPLES))
 
     @property
     def centre(self) -> Array:
@@ -108,17 +113,18 @@ def ring_solution(
     free = expansion / (1.0 + material.poisson_ratio) * _freely(heat)
     rest = heat.copy()
     rest[0, :2] = 0.0
-    u = _galerkin(b_r, b_z, material, box.half[0])
-    phi = expansion / (1.0 - material.poisson_ratio) * _inverse(rest, 0)
+    xi = box.local(box.spread)
+    u = _galerkin(b_r, b_z, material, box.half[0], xi)
+    phi = expansion / (1.0 - material.poisson_ratio) * _inverse(rest, 0, xi)
     u = [part + _slope(phi, axis) for axis, part in enumerate(u)]
     return RingSolution(material, box, np.array(u), free, heat, rest)
 
 
-def _galerkin(b_r: Array, b_z: Array, material: Material, length: float) -> list[Array]:
+def _galerkin(b_r: Array, b_z: Array, material: Material, length: float, xi: Array) -> list[Array]:
     """2µ u = 2(1-ν) lap F - grad div F of a force, with lap lap F = -b/(1-ν)."""
     nu = material.poisson_ratio
-    h = [length**2 / (nu - 1.0) * _inverse(b, k) for b, k in ((b_r, 1), (b_z, 0))]
-    f_r, f_z = _inverse(h[0], 1), _inverse(h[1], 0)
+    h = [length**2 / (nu - 1.0) * _inverse(b, k, xi) for b, k in ((b_r, 1), (b_z, 0))]
+    f_r, f_z = _inverse(h[0], 1, xi), _inverse(h[1], 0, xi)
     div = _slope(f_r, 0) + _over_r(f_r) + _slope(f_z, 1)
     return [
         (2.0 * (1.0 - nu) * part - _slope(div, axis)) / (2.0 * material.shear_modulus)
@@ -150,8 +156,33 @@ def _over_r(p: Array) -> Array:
     return padded(p[1:], len(p))
 
 
-def _inverse(p: Array, k: int) -> Array:
-    """Return q with L_k q = p."""
+def _inverse(p: Array, k: int, xi: Array) -> Array:
+    """Return q with L_k q = p; of all these that with the smallest first and second derivatives at
+    places (n, 2), see `BodyBox.inverse_laplacian`."""
+    q = _one_inverse(p, k)
+    if not p.any():
+        return q
+    # r^k z^j less what its Laplacian, j (j - 1) r^k z^(j-2), is that of
+    harmonic = []
+    for j in range(degree(q) + 1 - k):
+        one, bent = np.zeros_like(p), np.zeros_like(p)
+        one[k, j], bent[k, max(j - 2, 0)] = 1.0, j * (j - 1.0)
+        harmonic.append(one - _one_inverse(bent, k))
+    steep = np.column_stack([_steepness(each, xi) for each in harmonic])
+    lengths = np.maximum(np.linalg.norm(steep, axis=0), TINY)
+    share = np.linalg.lstsq(steep / lengths, _steepness(q, xi), rcond=None)[0] / lengths
+    return np.asarray(q - np.tensordot(share, harmonic, 1))
+
+
+def _steepness(p: Array, xi: Array) -> Array:
+    """First and second derivatives at places (n, 2), one after another."""
+    first = [_slope(p, axis) for axis in (0, 1)]
+    every = [*first, *(_slope(each, axis) for each in first for axis in (0, 1))]
+    return np.concatenate([polyval2d(xi[:, 0], xi[:, 1], each) for each in every])
+
+
+def _one_inverse(p: Array, k: int) -> Array:
+    """Return one q with L_k q = p."""
     left, q = p.copy(), np.zeros_like(p)
     power = np.arange(2, len(p))
     for n in range(len(p) - 1, -1, -1):

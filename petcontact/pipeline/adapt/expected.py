@@ -334,14 +334,16 @@ class Expected(Keeping):
 
 
 def _feet(gap: Gap, chart: Chart, start: Array) -> Iterator[tuple[Array, int]]:
-    """Yield the feet of a point on sides of a face where the gap between them is least at the foot,
-    and the coordinate along which they lie."""
+    """Yield the feet of a point on sides of a face where the gap between them is least at the foot
+    and largest at the point, so that no hill parts them, and the coordinate along which they
+    lie."""
     noise = CHAINED * float(np.ptp(chart.sides, axis=0).max())
     shares = np.append(0.0, np.geomspace(SINGLE, 1.0))
     for axis, end in itertools.product((0, 1), (0, 1)):
         foot = np.where(np.eye(2)[axis], chart.sides[end], start)
         least, *others = gap(foot + shares[:, None] * (start - foot))
-        if least < others[-1] - noise and least < min(others) + noise:
+        falls = least < others[-1] - noise and least < min(others) + noise
+        if falls and max(others) < others[-1] + noise:
             yield foot, axis
 
 

@@ -88,16 +88,20 @@ def _laid(chart: Chart, zone: Zone, level: int) -> tuple[Array, Array] | None:
         return None
     frames = _turned_less(np.concatenate([inner.outer, *frames_around(chart, inner)]), chart)
     order = np.append(inner.order, np.full(len(frames), 2))
-    cells, order = _on_face(np.concatenate([inner.cells, frames]), order, chart)
+    on_face = _on_face(np.concatenate([inner.cells, frames]), order, chart)
+    if on_face is None:
+        return None
+    cells, order = on_face
     points = chart.at(cells.reshape(-1, 2)).reshape(-1, 9, 3)
     if chart.flat:
         points[_straight(cells), 4:] = np.nan
     return points, order
 
 
-def _on_face(cells: Array, order: Array, chart: Chart) -> tuple[Array, Array]:
+def _on_face(cells: Array, order: Array, chart: Chart) -> tuple[Array, Array] | None:
     """Return the panels that lie on the face itself, and not beyond planes of symmetry, and their
-    orders. Those that are their own images are halved."""
+    orders. Those that are their own images are halved; None if another one crosses such a plane, as
+    where a second contact lies between it and a band."""
     for side, axis in np.argwhere(chart.mirrored):
         end = chart.sides[side, axis]
         for k in (0, 1):
@@ -108,6 +112,8 @@ def _on_face(cells: Array, order: Array, chart: Chart) -> tuple[Array, Array]:
             cells = np.concatenate([cells[~crosses], _halves(cells[crosses], k)])
             order = np.concatenate([order[~crosses], np.repeat(order[crosses], 2)])
         off = cells[..., axis] - end
+        if ((off.min(axis=1) < -chart.slack) & (off.max(axis=1) > chart.slack)).any():
+            return None
         cells[np.abs(off) < chart.slack, axis] = end
         own = (off[:, 8] > 0.0) == (side == 0)
         cells, order = cells[own], order[own]

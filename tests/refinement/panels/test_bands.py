@@ -458,3 +458,20 @@ def test_zones_on_a_disc_have_a_piece_each(number):
     assert np.linalg.norm(vector_area(made)) < 1e-3 * weight.sum()  # parabolas at the rim
     near = ContactEllipse(zones[0].centre + 0.4, 0.25 * np.eye(2))
     assert banded(mesh, "top", (chart, zones[0], 0), (chart, near, 0)) is None  # zones that meet
+
+
+@pytest.mark.parametrize("planes", [1, 2])
+def test_panels_that_cross_a_plane_of_symmetry_are_their_own_images(planes):
+    """A band in one plane of symmetry is not one in another plane, beyond which its chart goes on:
+    halves of panels there would not end in that plane."""
+    surface = BoxSurface(np.zeros(3), np.full(3, 2.0))
+    chart, sides = chart_of(surface, "top"), np.zeros((2, 2), dtype=bool)
+    sides[1, 1], sides[0, 1] = True, planes == 2
+    whole = chart.unfolded(sides)
+    ridge = ridge_of(lambda place: (place[:, 1] - 2.0) ** 2, whole, np.array([1.0, 2.0]))
+    forecast = forecast_of(ridge, Line(whole.at(ridge.points)), 0.01, 1.0)
+    mesh = box_mesh(surface, lambda part: 1.0, 1, 1.0)
+    made = banded(mesh, "top", (whole, band_of(ridge, forecast), 0))
+    assert (made is None) == (planes == 2)
+    if made is not None:
+        assert made.weight[made.nodes_of("top")].sum() == pytest.approx(4.0)
