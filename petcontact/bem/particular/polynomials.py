@@ -7,6 +7,7 @@ Operations keep the shape; the caller leaves room for what rises in degree (see 
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,13 +18,12 @@ import scipy.linalg
 from numpy.polynomial import chebyshev, legendre
 
 from ...arrays import Array, Index
+from ...mesh.basis import gauss
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...record import Keeping
 
 SAMPLES = 250
-"""Points of the boundary at which inverse Laplacians are kept small."""
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-"""Its multiples are spread over [0, 1] most evenly (V. Sós' theorem of three gaps)."""
+"""Points of the boundary at which inverse Laplacians are kept small, at least."""
 
 
 def total_degrees(degree: int, d: int) -> Index:
@@ -32,21 +32,29 @@ def total_degrees(degree: int, d: int) -> Index:
     return exponents[:, exponents.sum(axis=0) <= degree]
 
 
-def spread_over(mesh: BoundaryMesh, count: int) -> Array:
-    """Return points (count, d) that are spread evenly over the boundary, whatever its elements are.
+def spread_over(mesh: BoundaryMesh, count: int) -> tuple[Array, Array]:
+    """Return points (n, d) that are spread over the boundary, about `count` of them, and their
+    shares of it (n,).
 
-    Nodes do not do: between those of a few elements a polynomial of a high degree may be of any
-    size.
+    Each element has those of a product of Gauss' rules, so that what is symmetric stays so. Nodes
+    do not do: between those of a few elements a polynomial of a high degree may be of any size.
     """
     numbers, faces = mesh.faces(*mesh.part_names)
     area = np.bincount(mesh.element, mesh.weight, mesh.n_elements)[numbers]
-    ends = np.cumsum(area)
-    wanted = (np.arange(count) + 0.5) / count * ends[-1]
-    number = np.searchsorted(ends, wanted).clip(max=len(ends) - 1)
-    along = 1.0 - (ends[number] - wanted) / area[number]
-    across = np.arange(count) * GOLDEN % 1.0
-    share = np.column_stack([along, across])[:, : mesh.dim - 1]
-    return faces.at(number, faces.spread(number, share))[0]
+    some = np.arange(0, len(area), -(-len(area) // count))
+    needed = count * area[some] / area[some].sum()
+    across, points, weights = mesh.dim - 1, list[Array](), list[Array]()
+    along = np.ceil(needed ** (1.0 / across)).astype(int)
+    for n in np.unique(along).tolist():
+        s, w = gauss(n - 1)
+        share = 0.5 + 0.5 * np.stack(np.meshgrid(*[s] * across), axis=-1).reshape(-1, across)
+        product = functools.reduce(np.multiply.outer, [w] * across).ravel()
+        number = np.repeat(some[along == n], len(share))
+        share = np.tile(share, (len(number) // len(share), 1))
+        points.append(faces.at(number, faces.spread(number, share))[0])
+        weights.append(np.resize(product, len(number)) * faces.area(number, share))
+    weight = np.concatenate(weights)
+    return np.vstack(points), weight / weight.sum()
 
 
 def extent(mesh: BoundaryMesh, axes: Array) -> tuple[Array, Array]:
@@ -87,8 +95,8 @@ class BodyBox(Keeping):
         A unit vector a row.
     half : (d,) array
         Half the lengths of its sides [length].
-    samples : (n, d) array
-        ξ at points all over the boundary, each of which stands for the same share of it.
+    samples, weight : (n, d), (n,) arrays
+        ξ at points all over the boundary, and their shares of it.
     radius : float
         The smallest of gyration of the boundary [length].
     highest : float
@@ -99,6 +107,7 @@ class BodyBox(Keeping):
     axes: Array
     half: Array
     samples: Array
+    weight: Array
     radius: float
     highest: ClassVar[float] = math.inf
 
@@ -106,15 +115,15 @@ class BodyBox(Keeping):
     def around(cls, mesh: BoundaryMesh) -> BodyBox:
         """Return the box along the principal axes of the boundary where it is long, otherwise along
         those of the coordinates."""
-        samples = spread_over(mesh, SAMPLES)
-        away = samples - samples.mean(axis=0)
-        moments, vectors = np.linalg.eigh(away.T @ away / SAMPLES)
+        samples, weight = spread_over(mesh, SAMPLES)
+        away = samples - weight @ samples
+        moments, vectors = np.linalg.eigh(np.einsum("n,ni,nj->ij", weight, away, away))
         # the box of a body twice as long as thick lies along its principal axes
         axes = vectors.T if moments[-1] > 4.0 * moments[0] else np.eye(mesh.dim)
         low, high = extent(mesh, axes)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         local = (samples @ axes.T - middle) / half
-        return cls(middle @ axes, axes, half, local, float(np.sqrt(moments[0])))
+        return cls(middle @ axes, axes, half, local, weight, float(np.sqrt(moments[0])))
 
     def across(self, axis: Sequence[float] | None) -> Array:
         """The part of a vector across an axis of rotation, in space that along z by default, (d,
@@ -191,8 +200,8 @@ class BodyBox(Keeping):
             if (order := int(times.sum())) in (0, *orders):
                 values = _derivative(tables, times, slope, self.half / unit, wanted)
                 ways = math.factorial(order) / math.prod(map(math.factorial, times))
-                share = math.sqrt(ways / len(values)) * (self.radius / unit) ** (order - 1)
-                yield share * values if order in orders else values.mean(axis=0, keepdims=True)
+                share = np.sqrt(ways * self.weight)[:, None] * (self.radius / unit) ** (order - 1)
+                yield share * values if order in orders else self.weight[None] @ values
 
     def integral_of_strain(self, p: Array) -> list[Array]:
         """u whose strain is p I, by the components along the axes, for p that are linear or, in the

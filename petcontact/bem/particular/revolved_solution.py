@@ -31,20 +31,21 @@ class RingBox:
     ----------
     low, high : (2,) arrays
         Corners of the box around the half section [length].
-    spread : (n, 2) array
-        Points all over the boundary [length].
+    samples, weight : (n, 2), (n,) arrays
+        Points all over the boundary [length], and their shares of it.
     """
 
     low: Array
     high: Array
-    spread: Array
+    samples: Array
+    weight: Array
     axes: ClassVar[Array] = np.eye(2)
     highest: ClassVar[int] = 12
 
     @classmethod
     def around(cls, mesh: BoundaryMesh) -> RingBox:
         """Return the box of the boundary."""
-        return cls(*extent(mesh, np.eye(2)), spread_over(mesh, SAMPLES))
+        return cls(*extent(mesh, np.eye(2)), *spread_over(mesh, SAMPLES))
 
     @property
     def centre(self) -> Array:
@@ -113,18 +114,17 @@ def ring_solution(
     free = expansion / (1.0 + material.poisson_ratio) * _freely(heat)
     rest = heat.copy()
     rest[0, :2] = 0.0
-    xi = box.local(box.spread)
-    u = _galerkin(b_r, b_z, material, box.half[0], xi)
-    phi = expansion / (1.0 - material.poisson_ratio) * _inverse(rest, 0, xi)
+    u = _galerkin(b_r, b_z, material, box)
+    phi = expansion / (1.0 - material.poisson_ratio) * _inverse(rest, 0, box)
     u = [part + _slope(phi, axis) for axis, part in enumerate(u)]
     return RingSolution(material, box, np.array(u), free, heat, rest)
 
 
-def _galerkin(b_r: Array, b_z: Array, material: Material, length: float, xi: Array) -> list[Array]:
+def _galerkin(b_r: Array, b_z: Array, material: Material, box: RingBox) -> list[Array]:
     """2µ u = 2(1-ν) lap F - grad div F of a force, with lap lap F = -b/(1-ν)."""
     nu = material.poisson_ratio
-    h = [length**2 / (nu - 1.0) * _inverse(b, k, xi) for b, k in ((b_r, 1), (b_z, 0))]
-    f_r, f_z = _inverse(h[0], 1, xi), _inverse(h[1], 0, xi)
+    h = [box.half[0] ** 2 / (nu - 1.0) * _inverse(b, k, box) for b, k in ((b_r, 1), (b_z, 0))]
+    f_r, f_z = _inverse(h[0], 1, box), _inverse(h[1], 0, box)
     div = _slope(f_r, 0) + _over_r(f_r) + _slope(f_z, 1)
     return [
         (2.0 * (1.0 - nu) * part - _slope(div, axis)) / (2.0 * material.shear_modulus)
@@ -156,9 +156,9 @@ def _over_r(p: Array) -> Array:
     return padded(p[1:], len(p))
 
 
-def _inverse(p: Array, k: int, xi: Array) -> Array:
-    """Return q with L_k q = p; of all these that with the smallest first and second derivatives at
-    places (n, 2), see `BodyBox.inverse_laplacian`."""
+def _inverse(p: Array, k: int, box: RingBox) -> Array:
+    """Return q with L_k q = p; of all these that with the smallest first and second derivatives on
+    the boundary, see `BodyBox.inverse_laplacian`."""
     q = _one_inverse(p, k)
     if not p.any():
         return q
@@ -168,17 +168,19 @@ def _inverse(p: Array, k: int, xi: Array) -> Array:
         one, bent = np.zeros_like(p), np.zeros_like(p)
         one[k, j], bent[k, max(j - 2, 0)] = 1.0, j * (j - 1.0)
         harmonic.append(one - _one_inverse(bent, k))
-    steep = np.column_stack([_steepness(each, xi) for each in harmonic])
+    steep = np.column_stack([_steepness(each, box) for each in harmonic])
     lengths = np.maximum(np.linalg.norm(steep, axis=0), TINY)
-    share = np.linalg.lstsq(steep / lengths, _steepness(q, xi), rcond=None)[0] / lengths
+    share = np.linalg.lstsq(steep / lengths, _steepness(q, box), rcond=None)[0] / lengths
     return np.asarray(q - np.tensordot(share, harmonic, 1))
 
 
-def _steepness(p: Array, xi: Array) -> Array:
-    """First and second derivatives at places (n, 2), one after another."""
+def _steepness(p: Array, box: RingBox) -> Array:
+    """First and second derivatives on the boundary, one after another, so that the squares sum to
+    their means."""
+    xi, share = box.local(box.samples), np.sqrt(box.weight)
     first = [_slope(p, axis) for axis in (0, 1)]
     every = [*first, *(_slope(each, axis) for each in first for axis in (0, 1))]
-    return np.concatenate([polyval2d(xi[:, 0], xi[:, 1], each) for each in every])
+    return np.concatenate([share * polyval2d(xi[:, 0], xi[:, 1], each) for each in every])
 
 
 def _one_inverse(p: Array, k: int) -> Array:
