@@ -15,7 +15,7 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...record import replace
 from ...refinement.panels.bands import LEVELS, Laid, banded
 from ...refinement.panels.face_gaps import opposite
-from ...refinement.panels.zone import ContactBand, ContactEllipse, Zone
+from ...refinement.panels.zone import STRIP, ContactBand, ContactEllipse, Zone
 from ...results.records import step_ends
 from ...results.solution import Solution
 from .expected import Expected
@@ -142,8 +142,8 @@ class Bands:
         """Return the numbers of lines of a contact up to the next band: as many as reach the wanted
         error, or one more than before; those before if there is no next one.
 
-        First rings show where a contact and its stick end. Later ones follow these edges, twice
-        with one number of lines: the first ones move them.
+        First rings show where a contact and its stick end. Later ones follow these edges, with one
+        number of lines until they stay, twice at most.
         """
         side, is_band = longs[0].side, any(long.is_band for long in longs)
         lines = laid.lines.get(side.name, ())
@@ -152,7 +152,8 @@ class Bands:
         if not lines or laid.has_band(side.name) > is_band:
             first = 0 if side.rubs and not is_band else min(needed, laid.most)
             return (*lines, first)
-        more = lines[-1] + (is_band or lines[1:].count(lines[-1]) > 1)
+        stays = _stay(laid.long[side.name], longs)
+        more = lines[-1] + (is_band or stays or lines[1:].count(lines[-1]) > 1)
         more = more if is_band else max(more, needed)
         return (*lines, more) if more < LEVELS else lines
 
@@ -244,6 +245,17 @@ class Bands:
             return {}
         forces = {side.name: self._expected.force(side, depth, meshes, solution) for side in group}
         return {name: force for name, force in forces.items() if force > 0.0}
+
+
+def _stay(before: Sequence[ZonedContact], after: Sequence[ZonedContact]) -> bool:
+    """Return whether zones are where those before them are, up to what solutions tell apart."""
+    zones = [[long.zone for long in longs] for longs in (before, after)]
+    return len(before) == len(after) and all(
+        isinstance(old, ContactEllipse)
+        and isinstance(new, ContactEllipse)
+        and old.moved_by(new) < STRIP
+        for old, new in zip(*zones, strict=True)
+    )
 
 
 def zones_of(long: ZonedContact) -> list[Zone]:

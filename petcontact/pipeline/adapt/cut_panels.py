@@ -10,13 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...given.conditions import mirrors
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...refinement.panels.cut_directions import at_edges, matched, sides
 from ...refinement.panels.data_lines import gap_edges
-from ...refinement.panels.panel_cuts import LONGER, facing, too_large
+from ...refinement.panels.panel_cuts import LONGER, facing, too_large, with_equal_orders
 from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.tail import FADE
 from ...results.solution import Solution
@@ -58,6 +59,7 @@ class PanelCuts:
     def __init__(self, posed: Posed, first: FirstMeshes, wanted: Wanted) -> None:
         self._posed, self._sides, self._first = posed, posed.interfaces, first
         self._wanted = wanted
+        self._mirrors = [mirrors(body.conditions[0]) for body in posed.bodies]
         self._faced = dict[str, tuple[list[Array], tuple[Index, Index]]]()
 
     def completed(
@@ -75,6 +77,7 @@ class PanelCuts:
             while count < (count := sum(mesh.n_elements for mesh in made)):
                 nothing = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in made]
                 made = self.cut(made, nothing, seen, thin)[0]
+            made = list(map(with_equal_orders, made, self.touching(made), self._mirrors))
             if not (refused := self.too_much(made, seen, faces)):
                 break
         return made, refused
@@ -174,7 +177,8 @@ class PanelCuts:
             mesh = meshes[side.body]
             size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
             long = np.linalg.norm(sides(mesh), axis=2) > FADE * size
-            result[side.body] |= marked[side.body] & long & at_edges(mesh, side.part, edges)
+            ends = at_edges(mesh, side.part, edges, self._mirrors[side.body])
+            result[side.body] |= marked[side.body] & long & ends
         return result
 
     def too_much(self, meshes: Sequence[BoundaryMesh], seen: Seen, faces: int = 0) -> str:

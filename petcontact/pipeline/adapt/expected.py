@@ -13,18 +13,18 @@ from ...arrays import Array, Mask
 from ...fields.boundary.places import all_at
 from ...geometry.chart import Chart
 from ...geometry.charts import chart_of, disc_of
-from ...given.conditions import Displacement, Symmetry
+from ...given.conditions import mirrors
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh
 from ...record import Keeping, record, replace
 from ...refinement.panels.basins import Within, basins, shares
+from ...refinement.panels.compact import ellipse_of
 from ...refinement.panels.face_gaps import face_gap, touching
 from ...refinement.panels.forecast import (
     Forecast,
     Line,
     band_of,
-    ellipse_of,
     force_at,
     forecast_across,
     is_alone,
@@ -250,14 +250,8 @@ class Expected(Keeping):
     def _mirrors(self, body: int, meshes: Sequence[SurfaceMesh], x: Array, way: Array) -> bool:
         """Return whether a face of a plane of symmetry, or on rollers, ends at a point (3,) and is
         normal to a unit vector."""
-        planes = [
-            part
-            for part, condition in self._posed.bodies[body].conditions[0].items()
-            if isinstance(condition, Symmetry)
-            or (isinstance(condition, Displacement) and condition.free.count(False) == 1)
-        ]
         mesh = meshes[body]
-        there = set(mesh.part_names) & set(planes)
+        there = set(mesh.part_names) & set(mirrors(self._posed.bodies[body].conditions[0]))
         met = np.concatenate([[], *(all_at(mesh, x, part)[0] for part in there)])
         normal = mesh.normal[np.isin(mesh.element, met)]
         return bool(np.any(np.abs(normal @ way) > 1.0 - SINGLE))

@@ -12,6 +12,7 @@ import scipy
 from ...arrays import Array, Index, Mask, scattered, shown
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
+from ...given.conditions import mirrors
 from ...given.interface_data import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
@@ -65,11 +66,15 @@ class TailErrors(Keeping):
         self.solution, self._sides = solution, solution.posed.interfaces
         self.meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
         self._sizes = [element_sizes(mesh) for mesh in self.meshes]
+        self._mirrors = [mirrors(body.conditions[0]) for body in solution.posed.bodies]
 
     @functools.cached_property
     def tails(self) -> list[Tails]:
         """Tails of each mesh, at all its nodes."""
-        return [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in self.meshes]
+        return [
+            Tails(mesh, np.arange(mesh.n_nodes), own)
+            for mesh, own in zip(self.meshes, self._mirrors, strict=True)
+        ]
 
     @functools.cached_property
     def _gaps(self) -> list[GapRemainder | None]:
@@ -303,8 +308,8 @@ class TailErrors(Keeping):
         """Return the weights of an interface's nodes (m,), faded out towards the rim of the part
         [area]."""
         mesh, nodes = self.meshes[side.body], self.solution.nodes[side.name]
-        edges = self.solution.gap_edges.get(side.name, [])
-        return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes, edges))
+        edges, own = self.solution.gap_edges.get(side.name, []), self._mirrors[side.body]
+        return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes, edges, own))
 
     def smooth(self) -> list[Mask]:
         """Return which linear panels of secondaries have smooth p and q, (n_elements,) for each
@@ -317,7 +322,8 @@ class TailErrors(Keeping):
         for number, side in enumerate(self._sides):
             mesh, nodes = self.meshes[side.body], self.solution.nodes[side.name]
             element, size = mesh.element[nodes], self._sizes[side.body][mesh.element[nodes]]
-            good = (mesh.order[element] == 1) & (rim_distance(mesh, nodes, size) > size)
+            away = rim_distance(mesh, nodes, size, self._mirrors[side.body])
+            good = (mesh.order[element] == 1) & (away > size)
             for step in step_ends(self.solution.steps):
                 state = step.pairs[side.name].state
                 first = scattered(state, element, mesh.n_elements, OPEN)
@@ -394,13 +400,19 @@ def _errors(pair: PairResult) -> tuple[Array, Array]:
     return pair.pressure_error, pair.sigma_t_error
 
 
-def inside(mesh: BoundaryMesh, part: str, nodes: Index, pressing: Sequence[Array] = ()) -> Array:
+def inside(
+    mesh: BoundaryMesh,
+    part: str,
+    nodes: Index,
+    pressing: Sequence[Array] = (),
+    mirrors: Sequence[str] = (),
+) -> Array:
     """Return factors (m,) for nodes of a part that fall from 1 to 0 over `FADE` of its size,
-    towards its rim and the points of edges that press on it, see `gap_edges`.
+    towards its rim, see `rim_distance`, and the points of edges that press on it, see `gap_edges`.
 
     p may be infinite there, so that no mesh has its exact L2 norm.
     """
     size = float(mesh.weight[mesh.nodes_of(part)].sum()) ** (1.0 / (mesh.dim - 1))
     away = [scipy.spatial.cKDTree(points).query(mesh.x[nodes])[0] for points in pressing]
-    distance = np.min([rim_distance(mesh, nodes, FADE * size), *away], axis=0)
+    distance = np.min([rim_distance(mesh, nodes, FADE * size, mirrors), *away], axis=0)
     return np.asarray(np.minimum(1.0, distance / (FADE * size)) ** 2)

@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array, States
 from ...compliance.interface import Interface
 from ...contact.law_protocol import OPEN
+from ...given.conditions import mirrors
 from ...refinement.panels.tail import Tails
 from ..pose.discretise import Discrete
 
@@ -56,7 +57,10 @@ class TractionErrors:
 
 def traction_errors(discrete: Discrete) -> list[TractionErrors]:
     """Of each interface of a problem on meshes."""
+    own = [mirrors(body.conditions[0]) for body in discrete.posed.bodies]
     return [
-        TractionErrors(functools.partial(Tails, discrete.meshes[face.body], face.nodes), face)
+        TractionErrors(
+            functools.partial(Tails, discrete.meshes[face.body], face.nodes, own[face.body]), face
+        )
         for face in discrete.interfaces
     ]

@@ -14,7 +14,7 @@ from ...mesh.basis import gauss, lagrange_coefficients
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ...round_off import WRITTEN
 from .edges import TOGETHER
-from .tail import distance_from_rim
+from .tail import distances, rim_of
 
 SLIGHT = 0.1
 """Squared tail along one coordinate over that along the other from which both are halved [-]."""
@@ -90,11 +90,14 @@ def matched(sides: Array, others: Array) -> Index:
     return np.where(crossed[:, None], [1, 0], [0, 1])
 
 
-def at_edges(mesh: SurfaceMesh, part: str, pressing: Sequence[Array]) -> Mask:
+def at_edges(
+    mesh: SurfaceMesh, part: str, pressing: Sequence[Array], mirrors: Sequence[str] = ()
+) -> Mask:
     """Return the coordinates along which quadrilaterals of a part end at its rim, or at a line that
     presses on it, (n_elements, 2).
 
-    Points (k, 3) of such lines are `pressing`, see `gap_edges`.
+    Points (k, 3) of such lines are `pressing`, see `gap_edges`. A part in a plane of symmetry,
+    among `mirrors`, makes no rim, see `rim_of`.
     """
     panels = mesh.elements_of(part)
     panels = panels[mesh.kind[panels] & TRIANGLE == 0]
@@ -103,7 +106,8 @@ def at_edges(mesh: SurfaceMesh, part: str, pressing: Sequence[Array]) -> Mask:
     bent = ~np.isnan(mesh.middles[panels, :4])
     middle = np.where(bent, mesh.middles[panels, :4], 0.5 * (corners + following)).reshape(-1, 3)
     near = TOGETHER * np.linalg.norm(following - corners, axis=2).ravel()
-    off = distance_from_rim(mesh, mesh.part_names.index(part), middle, near)
+    rim = rim_of(mesh, mesh.nodes_of(part), mesh.part_names.index(part), mirrors)
+    off = distances(rim, middle, near)
     for points in pressing:
         off = np.minimum(off, _off_line(points, middle))
     result = np.zeros((mesh.n_elements, 2), dtype=bool)

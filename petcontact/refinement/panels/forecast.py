@@ -12,8 +12,8 @@ from ...arrays import Array
 from ...geometry.chart import Chart
 from ...linalg.root import root_between
 from ...record import record, replace
-from .ridge import Gap, Ridge, lowest_point, samples
-from .zone import ELONGATED, ContactBand, ContactEllipse, principal_axes
+from .ridge import Gap, Ridge, samples
+from .zone import ContactBand, ContactEllipse
 
 WIDER = 1.04
 """Width and length of a band over those that are expected [-]. With bands 5 % too wide errors of p
@@ -30,8 +30,6 @@ IMAGES = 12
 PARABOLIC = 0.02
 """Largest difference of the gap along a ridge from a parabola, over the approach, with which a
 contact is Hertz' ellipse [-]."""
-AROUND = np.array([(math.cos(k), math.sin(k)) for k in np.linspace(0.0, 2.0 * math.pi, 17)[1:]])
-"""Points of a unit circle."""
 
 
 def hertz_ellipse(
@@ -75,49 +73,6 @@ def hertz_ellipse(
     m, K, E = integrals(t)
     a = math.cbrt(3.0 * force * t * (E - t * t * K) / (math.pi * modulus * k_1 * m))
     return a, a / t, 1.5 * force * t * K / (math.pi * modulus * a)
-
-
-def ellipse_of(
-    gap: Gap, chart: Chart, start: Array, force: float, modulus: float
-) -> tuple[ContactEllipse, float, float] | None:
-    """Return Hertz' ellipse about the least gap near a place, this gap, and the approach; or None
-    if it is elongated or not on the face, or if the gap is not parabolic there.
-
-    Parameters
-    ----------
-    gap : callable
-    chart : Chart
-    start : (2,) array
-        A place near the least gap [length].
-    force, modulus : float
-        As of `hertz_ellipse`.
-    """
-    if (point := lowest_point(gap, chart, start)) is None:
-        return None
-    place, least = point[0], float(gap(point[0][None])[0])
-    curvatures, ways = _on_face(chart, *point[:3])
-    if not curvatures[1] > 0.0:
-        return None
-    *half, approach = hertz_ellipse(curvatures, force, modulus)
-    if half[1] > ELONGATED * half[0]:
-        return None
-    axes = ways * half
-    zone = ContactEllipse(place, axes * [1.0, np.sign(np.linalg.det(axes))])
-    off = gap(zone.at(AROUND)) - least - 0.5 * AROUND**2 @ (curvatures * np.square(half))
-    fits = np.all((zone.corners > chart.low) & (zone.corners < chart.high))
-    found = zone, least, approach
-    return found if fits and np.abs(off).max() <= PARABOLIC * approach else None
-
-
-def _on_face(
-    chart: Chart, place: Array, curvatures: tuple[float, float], vectors: Array
-) -> tuple[tuple[float, float], Array]:
-    """Return the curvatures of a gap along the face itself, the larger one first, and their
-    directions on the chart (as columns)."""
-    slopes = chart.slopes(place[None])[:, 0]
-    back = np.linalg.inv(np.linalg.cholesky(slopes @ slopes.T))
-    (least, most), ways = principal_axes(back @ (vectors * curvatures) @ vectors.T @ back.T)
-    return (float(most), float(least)), back.T @ ways[:, ::-1]
 
 
 def is_alone(gap: Gap, chart: Chart, zone: ContactEllipse, level: float) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,6 +20,7 @@ from ...linalg.nearest import Nearest, within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import SMOOTH
 from ...round_off import TINY
+from .edges import SMOOTH as BENT
 from .sides import Sides
 
 MARGIN = (2.0, 0.7, 1.35, 1.8)
@@ -40,9 +42,11 @@ class Tails:
     mesh : BoundaryMesh
     nodes : (m,) array
         Numbers of the nodes of whole elements, increasing.
+    mirrors : sequence of str, optional
+        Parts in planes of symmetry.
     """
 
-    def __init__(self, mesh: BoundaryMesh, nodes: Index) -> None:
+    def __init__(self, mesh: BoundaryMesh, nodes: Index, mirrors: Sequence[str] = ()) -> None:
         self._mesh, self._nodes = mesh, nodes
         element = mesh.element[nodes]
         begins = np.diff(element, prepend=-1) != 0
@@ -63,7 +67,7 @@ class Tails:
         self._near, self._slope = _slopes(mesh, nodes, self._constant)
         self._area = np.bincount(mesh.element, mesh.weight)[self._first]
         size, start = self._area ** (1.0 / (mesh.dim - 1)), np.flatnonzero(begins)
-        rim_at = rim_distance(mesh, nodes, 2.0 * size[self._element])
+        rim_at = rim_distance(mesh, nodes, 2.0 * size[self._element], mirrors)
         near = np.minimum.reduceat(rim_at, start) if len(start) else rim_at
         self._order, self._rim = mesh.order[self._first], near < size
 
@@ -129,26 +133,31 @@ class Tails:
         return Sides(self._mesh, self._nodes)
 
 
-def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf) -> Array:
+def rim_distance(
+    mesh: BoundaryMesh,
+    nodes: Index,
+    reach: Array | float = np.inf,
+    mirrors: Sequence[str] = (),
+) -> Array:
     """Return the distance (m,) of nodes from the rims of their parts [length].
 
     A rim consists of sides of elements of other parts. The distance is infinite if no rim is within
-    `reach`, a number or (m,) [length]. Curved sides count as chords of their pieces.
+    `reach`, a number or (m,) [length]. Curved sides count as chords of their pieces. A part that
+    meets a plane of symmetry at a right angle goes on with its image, and has no rim there.
     """
     result, reach = np.empty(len(nodes)), np.broadcast_to(reach, len(nodes))
     part = mesh.node_part[nodes]
     for number in np.unique(part).tolist():
         members = np.flatnonzero(part == number)
-        x = mesh.x[nodes[members]]
-        result[members] = distance_from_rim(mesh, number, x, reach[members])
+        segments = rim_of(mesh, nodes[members], number, mirrors)
+        result[members] = distances(segments, mesh.x[nodes[members]], reach[members])
     return result
 
 
-def distance_from_rim(mesh: BoundaryMesh, part: int, x: Array, reach: Array) -> Array:
-    """Return the distance (m,) of places (m, d) from the rim of a part, see `rim_distance`."""
+def distances(segments: Array, x: Array, reach: Array) -> Array:
+    """Return the distances (m,) of places (m, d) from the nearest of segments (n, 2, d) [length];
+    infinite beyond a reach (m,)."""
     result = np.full(len(x), np.inf)
-    # the surface of a whole body has no other part
-    segments = _pieces(mesh, [name for k, name in enumerate(mesh.part_names) if k != part])
     middle = 0.5 * (segments[:, 0] + segments[:, 1])
     along = segments[:, 1] - segments[:, 0]
     half = 0.5 * np.linalg.norm(along, axis=1).max(initial=0.0)
@@ -159,6 +168,23 @@ def distance_from_rim(mesh: BoundaryMesh, part: int, x: Array, reach: Array) -> 
     distance = np.linalg.norm(from_start - share[:, None] * vector, axis=1)
     np.minimum.at(result, point, distance)
     return np.where(result <= reach, result, np.inf)
+
+
+def rim_of(mesh: BoundaryMesh, nodes: Index, number: int, mirrors: Sequence[str]) -> Array:
+    """Return the ends (n, 2, d) of pieces of sides of other parts than that of nodes.
+
+    Those in a plane of symmetry count only where the nearest node says that the part meets the
+    plane at another than a right angle.
+    """
+    # the surface of a whole body has no other part
+    others = {name for k, name in enumerate(mesh.part_names) if k != number}
+    result = [_pieces(mesh, sorted(others - {*mirrors}))]
+    for name in sorted(others & {*mirrors}):
+        pieces, plane = _pieces(mesh, [name]), mesh.normal[mesh.nodes_of(name)][:1]
+        near = nodes[Nearest(mesh.x[nodes])(pieces.mean(axis=1))[:, 0]]
+        corner = np.abs(mesh.normal[near] @ plane.T).max(axis=1, initial=0.0) > math.sin(BENT)
+        result.append(pieces[corner])
+    return np.concatenate(result)
 
 
 def _pieces(mesh: BoundaryMesh, parts: Sequence[str]) -> Array:

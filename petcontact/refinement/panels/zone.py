@@ -74,6 +74,15 @@ class ContactEllipse:
         """Its centre and the ends of both axes (3, 2) [length]."""
         return self.centre + np.vstack([np.zeros(2), self.axes.T])
 
+    def moved_by(self, other: ContactEllipse) -> float:
+        """Return how far the edges of another zone, and of what sticks in it, are from those of
+        this one, over its axes [-]."""
+        axes = np.linalg.solve(self.axes, other.axes)
+        stretch = np.sqrt(np.linalg.eigvalsh(axes @ axes.T)) - 1.0
+        contact = np.abs(stretch).max() + np.linalg.norm(self.local(other.centre[None]))
+        stick = abs(other.stick - self.stick) + np.linalg.norm(other.middle - self.middle)
+        return float(max(contact, stick))
+
     def moved(self, places: Array) -> ContactEllipse:
         """Return the zone on another chart, where its points have places (3, 2)."""
         centre, axes = places[0], (places[1:] - places[0]).T
@@ -247,7 +256,7 @@ def _edge(square: Array, weight: Array, pressure: Array) -> float:
     moments."""
     _, (low, high) = _parted(square, pressure > 0.0, weight)
     outer = (square > OUTER) & (pressure > 0.0)
-    edge = _root(square[outer], pressure[outer] ** 2, weight[outer])
+    edge = _root(square[outer], pressure[outer] ** 2, weight[outer], 2)
     if not edge > OUTER:
         return float(np.clip(1.0, low, high))
     return float(np.clip(edge, low - BEYOND, high + BEYOND))
@@ -308,12 +317,18 @@ def _parted(square: Array, inner: Mask, weight: Array) -> tuple[int, tuple[float
     return int(order[last]), (float(square[order[last]]), float(square[order[last + 1]]))
 
 
-def _root(square: Array, values: Array, weight: Array) -> float:
-    """Return the zero of the line through values over squares of the radius; NaN if the values
-    differ by round-off only."""
-    root = np.sqrt(weight)
-    (start, slope), *_ = np.linalg.lstsq(
-        root[:, None] * np.vander(square, 2, True), root * values, rcond=None
+def _root(square: Array, values: Array, weight: Array, degree: int = 1) -> float:
+    """Return where the line, or the parabola, through values over squares of the radius falls or
+    rises to zero like the line; NaN if the values differ by round-off only."""
+    root, middle = np.sqrt(weight), float(square.mean()) if len(square) else 0.0
+    (start, slope, *bend), *_ = np.linalg.lstsq(
+        root[:, None] * np.vander(square - middle, degree + 1, True), root * values, rcond=None
     )
-    differ = abs(slope) * square.max(initial=0.0) > SINGLE * np.abs(values).max(initial=0.0)
-    return float(-start / slope) if differ else np.nan
+    if not abs(slope) * square.max(initial=0.0) > SINGLE * np.abs(values).max(initial=0.0):
+        return np.nan
+    share = 4.0 * start * sum(bend) / slope**2
+    return (
+        float(middle - 2.0 * start / (slope * (1.0 + math.sqrt(1.0 - share))))
+        if share < 1.0
+        else np.nan
+    )

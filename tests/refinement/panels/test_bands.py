@@ -1,6 +1,7 @@
 """Bands: the forecast against exact ellipses, ridges and their ends, panels that fill a face."""
 
 from dataclasses import replace
+from math import gamma
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,6 +16,7 @@ from petcontact.given.values import as_given
 from petcontact.mesh.panelling import box_mesh, round_mesh
 from petcontact.pipeline.adapt.long_contacts import ZonedContact, followed
 from petcontact.refinement.panels.bands import banded
+from petcontact.refinement.panels.compact import ellipse_of
 from petcontact.refinement.panels.face_gaps import face_gap, touching
 from petcontact.refinement.panels.forecast import (
     Line,
@@ -70,6 +72,45 @@ def test_the_ellipse_satisfies_hertz(ratio):
     for k, axis in ((1.0, a), (0.002, b)):
         bent = 2.0 * 0.75 / np.pi * integral(1.0 / root / (axis**2 + half))
         assert bent == pytest.approx(k, rel=2e-3)
+
+
+@pytest.mark.parametrize("power", [1.5, 2.0, 4.0, 8.0])
+@pytest.mark.parametrize("radius", [0.01, 0.5])
+def test_the_ellipse_of_least_approach_is_the_circle_of_galin(power, radius):
+    """A rigid body r^n: F = 2 E* a δ n/(n + 1) and δ = c √π Γ(n/2 + 1)/Γ((n + 1)/2) aⁿ."""
+    chart, approach = chart_of(BOX, "top"), 0.01 * radius
+    slope = np.sqrt(np.pi) * gamma(0.5 * power + 1.0) / gamma(0.5 * power + 0.5)
+    force = 2.0 * 1000.0 * radius * approach * power / (power + 1.0)
+
+    def gap(place):
+        return approach / slope * (np.linalg.norm(place - [0.3, -0.2], axis=1) / radius) ** power
+
+    zone, least, found = ellipse_of(gap, chart, np.array([0.3 + 0.5 * radius, -0.2]), force, 1000.0)
+    assert np.linalg.norm(zone.axes, axis=0) == pytest.approx(radius, rel=2e-3)
+    assert zone.centre == pytest.approx([0.3, -0.2], abs=1e-3 * radius)
+    assert found - least == pytest.approx(approach, rel=1e-3)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+def test_the_ellipse_of_least_approach_is_that_of_hertz(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    chart, turn = chart_of(BOX, "top"), np.array([[c, s], [-s, c]])
+    a, b, approach = hertz_ellipse((20.0, 5.0), 1.0, 1000.0)
+    zone, _, found = ellipse_of(
+        lambda x: ((x @ turn.T) ** 2) @ [10.0, 2.5], chart, np.array([0.02, 0.01]), 1.0, 1000.0
+    )
+    assert np.linalg.norm(zone.axes, axis=0) == pytest.approx([a, b], rel=1e-3)
+    assert np.abs(turn @ zone.axes) == pytest.approx(np.diag([a, b]), abs=1e-3 * a)
+    assert found == pytest.approx(approach, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "text", ["10*(x**4 + y**4)", "10*x**2 + y**4", "(x**2 + y**2 - 1)**2", "x**2"]
+)
+def test_contact_that_is_no_ellipse_has_none(text):
+    chart = chart_of(BOX, "top")
+    gap = face_gap(chart, as_given(text, "gap"), None, None)
+    assert ellipse_of(gap, chart, np.array([0.05, 0.02]), 1.0, 1000.0) is None
 
 
 def test_slices_follow_an_ellipse():

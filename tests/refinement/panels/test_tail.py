@@ -10,7 +10,7 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.given.tables.solver_options import MeshOptions
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
-from petcontact.model.shapes.plane import Rectangle
+from petcontact.model.shapes.plane import Polygon, Rectangle
 from petcontact.refinement.panels.sides import Sides
 from petcontact.refinement.panels.tail import MARGIN, RIM, Tails, rim_distance
 
@@ -78,3 +78,21 @@ def test_last_two_degrees_count_where_contact_ends_within_an_element():
     ends, away = (x > 0.5) & (x < 0.75), inner(mesh, nodes)
     assert found[ends & away] == pytest.approx(0.125**2 * 2.0 / 3.0 / np.sqrt(5.0))
     assert found[~ends & away] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_plane_of_symmetry_is_no_rim():
+    """A block goes on there with its image; a parallelogram and its image have a corner."""
+    mesh = box_mesh(BOX, lambda part: 0.5, 1, 1.0)
+    nodes = mesh.nodes_of("top")
+    x, y = mesh.x[nodes, :2].T
+    found = rim_distance(mesh, nodes, 0.9, ["left", "front"])
+    nearest = np.minimum(2.0 - x, 1.0 - y)
+    assert found == pytest.approx(np.where(nearest <= 0.9, nearest, np.inf))
+    for lean, away in ((0.0, 0.875), (1.0, 0.125)):
+        corners = ((0.0, 0.0), (1.0, 0.0), (1.0 + lean, 1.0), (lean, 1.0))
+        shape = Polygon(corners, parts=("bottom", "right", "top", "left"))
+        outline = as_outline(shape.outline(), "a test")
+        mesh = mesh_outline(outline, MeshOptions(element_size=0.25, order=0))
+        nodes = mesh.nodes_of("bottom")
+        first = nodes[mesh.x[nodes, 0].argmin()]
+        assert rim_distance(mesh, np.array([first]), mirrors=["left"]) == pytest.approx(away)
