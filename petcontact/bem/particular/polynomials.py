@@ -43,18 +43,22 @@ def spread_over(mesh: BoundaryMesh, count: int) -> tuple[Array, Array]:
     area = np.bincount(mesh.element, mesh.weight, mesh.n_elements)[numbers]
     some = np.arange(0, len(area), -(-len(area) // count))
     needed = count * area[some] / area[some].sum()
-    across, points, weights = mesh.dim - 1, list[Array](), list[Array]()
-    along = np.ceil(needed ** (1.0 / across)).astype(int)
+    points, weights = list[Array](), list[Array]()
+    along = np.ceil(needed ** (1.0 / (mesh.dim - 1))).astype(int)
     for n in np.unique(along).tolist():
-        s, w = gauss(n - 1)
-        share = 0.5 + 0.5 * np.stack(np.meshgrid(*[s] * across), axis=-1).reshape(-1, across)
-        product = functools.reduce(np.multiply.outer, [w] * across).ravel()
-        number = np.repeat(some[along == n], len(share))
-        share = np.tile(share, (len(number) // len(share), 1))
+        own, (shares, weight) = some[along == n], _product_rule(n, mesh.dim - 1)
+        number, share = np.repeat(own, len(shares)), np.tile(shares, (len(own), 1))
         points.append(faces.at(number, faces.spread(number, share))[0])
-        weights.append(np.resize(product, len(number)) * faces.area(number, share))
+        weights.append(np.tile(weight, len(own)) * faces.area(number, share))
     weight = np.concatenate(weights)
     return np.vstack(points), weight / weight.sum()
+
+
+def _product_rule(n: int, d: int) -> tuple[Array, Array]:
+    """Return the points (n^d, d) of the product of Gauss' rules on [0, 1], and their weights."""
+    xi, weight = gauss(n - 1)
+    points = 0.5 + 0.5 * np.stack(np.meshgrid(*[xi] * d), axis=-1).reshape(-1, d)
+    return points, functools.reduce(np.multiply.outer, [0.5 * weight] * d).ravel()
 
 
 def extent(mesh: BoundaryMesh, axes: Array) -> tuple[Array, Array]:
