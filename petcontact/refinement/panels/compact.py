@@ -17,7 +17,7 @@ import scipy
 from ...arrays import Array
 from ...geometry.chart import Chart
 from ...record import replace
-from ...round_off import TINY
+from ...round_off import SINGLE, TINY
 from .forecast import PARABOLIC, hertz_ellipse
 from .ridge import SAMPLES, Gap
 from .zone import ELONGATED, ContactEllipse, principal_axes
@@ -88,11 +88,13 @@ def _next(
     as long.
     """
     pull, bent, mean, power = _moments(gap, zone)
-    if not np.all(np.isfinite(bent)) or not np.linalg.eigvalsh(bent)[0] > 0.0:
+    if not np.all(np.isfinite(bent)):
         return None
-    along = chart.slopes(zone.centre[None])[:, 0]
-    axes = np.linalg.cholesky(along @ along.T).T @ zone.axes
-    square, turn = _hertz_squares(bent, axes, force, modulus)
+    slopes = chart.slopes(zone.centre[None])[:, 0]
+    axes = np.linalg.cholesky(slopes @ slopes.T).T @ zone.axes
+    if (hertz := _hertz_squares(bent, axes, force, modulus)) is None:
+        return None
+    square, turn = hertz
     share = 3.0 / (power + 1.0)
     change = np.minimum(0.5 * share * np.log(square), math.log(2.0))
     shift = -share * np.linalg.solve(bent, pull)
@@ -117,11 +119,16 @@ def _moments(gap: Gap, zone: ContactEllipse) -> tuple[Array, Array, float, float
     return slopes.sum(axis=1), 0.5 * (bent + bent.T), mean, power
 
 
-def _hertz_squares(bent: Array, axes: Array, force: float, modulus: float) -> tuple[Array, Array]:
+def _hertz_squares(
+    bent: Array, axes: Array, force: float, modulus: float
+) -> tuple[Array, Array] | None:
     """Return the squared semi-axes of Hertz' ellipse of a paraboloid, and their directions (as
-    columns), all in the coordinates of a zone with axes (2, 2)."""
+    columns), in the coordinates of a zone with axes (2, 2); None if the paraboloid is not convex
+    both ways."""
     back = np.linalg.inv(axes)
     curvatures, ways = principal_axes(back.T @ bent @ back)
+    if not curvatures[0] > SINGLE * curvatures[1] > 0.0:
+        return None
     across, along, _ = hertz_ellipse((curvatures[1], curvatures[0]), force, modulus)
     target = back @ ways * [along, across]
     square, turn = np.linalg.eigh(target @ target.T)
