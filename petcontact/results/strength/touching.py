@@ -87,8 +87,6 @@ class Touching:
         next to its end [length].
     at_end : float
         As `friction`, in the element at the corner.
-    beside : (m, d) array
-        All nodes beside the corner [length].
     """
 
     partner: Partner
@@ -97,7 +95,6 @@ class Touching:
     along: Array
     unlike: Array
     at_end: float
-    beside: Array
 
     @property
     def kind(self) -> SideKind:
@@ -169,15 +166,7 @@ def touched(
         return FREE
     normal = pair.normal[rows[closed][0]]
     if weight[slips].sum() <= MOST * weight[closed].sum():
-        return Touching(
-            partner,
-            math.inf,
-            normal,
-            along,
-            mesh.x[nodes[slips | ~closed]],
-            math.inf,
-            mesh.x[nodes],
-        )
+        return Touching(partner, math.inf, normal, along, mesh.x[nodes[slips | ~closed]], math.inf)
     force = weight[slips] @ traction[nodes[slips]]
     pressed: Array = pair.pressure[rows[slips]]
     friction = 0.0
@@ -188,9 +177,7 @@ def touched(
         pull = force - (force @ out) * out
         most *= float(pull @ way) / (float(np.linalg.norm(pull)) or 1.0)
         friction = round(float(np.sign(force @ out)) * most, 6)
-    return Touching(
-        partner, friction, normal, along, mesh.x[nodes[~slips]], friction, mesh.x[nodes]
-    )
+    return Touching(partner, friction, normal, along, mesh.x[nodes[~slips]], friction)
 
 
 def nearest(own: Does | None, most: Does | None) -> Does | None:
@@ -215,11 +202,11 @@ def growing_at_ends(
 
 
 def _at_end(does: Does) -> Does:
-    """What a side does next to the corner. No node says how strongly stress grows there if most of
-    them do something else."""
+    """What a side does next to the corner. If most of it does something else, no node farther out
+    says how strongly stress grows there."""
     if not isinstance(does, Touching) or does.at_end == does.friction:
         return does
-    return replace(does, friction=does.at_end, unlike=does.beside)
+    return replace(does, friction=does.at_end, unlike=np.full((1, len(does.normal)), np.inf))
 
 
 def nodes_beside(mesh: BoundaryMesh, ends: Array, part: str, element: int, reach: float) -> Index:
