@@ -6,9 +6,20 @@ import math
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, moved, problem, rectangle, rollers, solid, touching
+from shapes import (
+    closing,
+    cuboid,
+    drawn,
+    elastic,
+    moved,
+    problem,
+    rectangle,
+    rollers,
+    solid,
+    touching,
+)
 
-from petcontact import solve
+from petcontact import adapt, solve
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.refinement.corner_exponents import SLIDING
 from petcontact.refinement.corner_modes import corner_expansion
@@ -178,6 +189,45 @@ def test_slip_next_to_an_edge_that_sticks_does_not_count():
     other = strengths(pressed_pad(1e-3))
     for one, two in zip(strengths(solution), other, strict=True):
         assert two.value[0] == pytest.approx(1e-3 ** (1.0 - one.exponent) * one.value[0], rel=1e-8)
+
+
+def test_contact_that_sticks_may_have_no_bound_where_its_end_slips():
+    """Beside an oblique support at 104 degrees stick has λ > 1, slip 0.41. Its end slips, so
+    that stress there grows with every mesh."""
+    vertices = [[-0.4, 0.8], [0.9, 1.3], [1.2, 1.9], [0.4, 2.7], [-0.6, 2.5], [-1.0, 1.3]]
+    parts = ["below", "oblique", "contact", "top", "left", "base"]
+    solution = adapt(
+        problem(
+            material=elastic(29000.0, 0.41),
+            geometry={"shape": "polygon", "vertices": vertices, "parts": parts},
+            boundary=[
+                *(drawn(part, [0.0, 0.0]) for part in ("below", "top", "left")),
+                moved("oblique", [1e-3, "free"]),
+                moved("base", [0.0, "free"]),
+                closing("contact", friction_bound=1000.0),
+            ],
+        )
+    )
+    places = singular_places(solution, solution.last)["body"]
+    (place,) = (each for each in places if each.sides == "contact and oblique")
+    assert place.expansions[0].least == pytest.approx(0.415, abs=1e-3)
+
+
+def test_what_the_nodes_of_one_fit_do_not_tell_others_do():
+    """K at the ends of a clamped side is known to a twentieth, not to an eighth; the truth is that
+    of a wanted 1e-5."""
+    plate = problem(
+        material=elastic(1000.0, 0.3),
+        geometry=rectangle([0.0, 0.0], [9.0, 1.4]),
+        boundary=[
+            moved("left", [0.0, 0.0]),
+            *(drawn(part, [0.0, 0.0]) for part in ("bottom", "right")),
+            drawn("top", [1.0, -1.0]),
+        ],
+    )
+    usual, best = (adapt(plate, accuracy) for accuracy in (1e-2, 1e-5))
+    for fit, other in zip(fits(usual, usual.last), fits(best, best.last), strict=True):
+        assert abs(fit.value - other.value) < fit.spread < 0.05 * abs(fit.value)
 
 
 def test_the_energy_that_a_crack_releases():

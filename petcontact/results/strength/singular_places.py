@@ -50,6 +50,7 @@ from .touching import (
     firmness,
     goes_on,
     growing,
+    growing_at_ends,
     kind_of,
     mismatch,
     nearest,
@@ -220,7 +221,7 @@ class _Body:
             if not angle > 0.0:  # elements of an altered file may lie on one another
                 continue
             first, does = self._sides(number)
-            own, under = self._expansion(angle, x, does)
+            does, (own, under) = growing_at_ends(does, functools.partial(self._expansion, angle, x))
             if own is None:
                 continue
             found = [own, *self._across(number, angle, first, does)]

@@ -153,12 +153,17 @@ def _pressing(fits: Iterable[Fit]) -> list[Fit]:
 
 
 def _spreads(sides: Sides, expansion: Expansion, found: Array) -> list[float]:
-    """What K of each mode differs by from those of nearer and farther nodes, and of equal weights,
-    or what its own nodes do not tell: anything, where half of them are too few."""
-    others = sides.fit(expansion, NEARER), sides.fit(expansion, FARTHER)
-    every = np.stack([each[0] for each in (*others, sides.fit(expansion, alike=True))])
-    apart = np.maximum(np.abs(every - found[0]).max(axis=0), found[1])
-    return [float(each) for each in np.where(np.isnan(apart), found[2], apart)]
+    """How far K of each mode may be off, by fits of nearer and farther nodes, and of equal weights.
+
+    It is off by no more than it differs from another fit and that one is off: of nearer and of
+    farther nodes each says so of the other. What the nodes of a fit do not tell counts where none
+    of the others tells it; where half of the nodes are too few it may be anything."""
+    others = np.stack([sides.fit(expansion, NEARER), sides.fit(expansion, FARTHER)])
+    apart = np.abs(others[:, 0] - found[0])
+    untold = np.fmin(found[1], np.fmin(*(apart + others[:, 1])))
+    alike = np.abs(sides.fit(expansion, alike=True)[0] - found[0])
+    every = np.maximum(np.maximum(apart.sum(axis=0), alike), untold)
+    return [float(each) for each in np.where(np.isnan(every), found[2], every)]
 
 
 @record

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -84,6 +85,8 @@ class Touching:
     unlike : (k, d) array
         Nodes beside the corner that do something else: contact that sticks on the whole may slip
         next to its end [length].
+    at_end : float
+        As `friction`, in the element at the corner.
     """
 
     partner: Partner
@@ -91,6 +94,7 @@ class Touching:
     normal: Array
     along: Array
     unlike: Array
+    at_end: float
 
     @property
     def kind(self) -> SideKind:
@@ -104,6 +108,8 @@ def partner_of(law: Law, pair: PairResult, body: str, part: str, stiffer: float)
     return Partner(pair, body, part, stiffer, law.normal == "bonded", coulomb)
 
 
+P = TypeVar("P")
+"""What is found beside an expansion."""
 Does = Touching | SideKind
 """What a side of a corner does: what it touches, or what kind it is."""
 
@@ -160,7 +166,7 @@ def touched(
         return FREE
     normal = pair.normal[rows[closed][0]]
     if weight[slips].sum() <= MOST * weight[closed].sum():
-        return Touching(partner, math.inf, normal, along, mesh.x[nodes[slips | ~closed]])
+        return Touching(partner, math.inf, normal, along, mesh.x[nodes[slips | ~closed]], math.inf)
     force = weight[slips] @ traction[nodes[slips]]
     pressed: Array = pair.pressure[rows[slips]]
     friction = 0.0
@@ -171,15 +177,36 @@ def touched(
         pull = force - (force @ out) * out
         most *= float(pull @ way) / (float(np.linalg.norm(pull)) or 1.0)
         friction = round(float(np.sign(force @ out)) * most, 6)
-    return Touching(partner, friction, normal, along, mesh.x[nodes[~slips]])
+    return Touching(partner, friction, normal, along, mesh.x[nodes[~slips]], friction)
 
 
 def nearest(own: Does | None, most: Does | None) -> Does | None:
     """What a side does by what its own element does and what most of it does: a contact may be
     narrower than what lies near, and what slips may slip the other way farther off."""
     if isinstance(own, Touching) and isinstance(most, Touching):
-        return replace(most, friction=own.friction) if own.kind != CLAMPED != most.kind else most
+        both_slip = own.kind != CLAMPED != most.kind
+        friction = own.friction if both_slip else most.friction
+        return replace(most, friction=friction, at_end=own.friction)
     return own if most == FREE else most
+
+
+def growing_at_ends(
+    does: tuple[Does, Does], found: Callable[[tuple[Does, Does]], tuple[Expansion | None, P]]
+) -> tuple[tuple[Does, Does], tuple[Expansion | None, P]]:
+    """What the sides of a corner do, and what is found for it: stress that has a bound where a side
+    sticks may have none where its end slips."""
+    own, ends = found(does), (_at_end(does[0]), _at_end(does[1]))
+    if own[0] is None or own[0].modes or ends == does:
+        return does, own
+    return ends, found(ends)
+
+
+def _at_end(does: Does) -> Does:
+    """What a side does next to the corner. If most of it does something else, no node farther out
+    says how strongly stress grows there."""
+    if not isinstance(does, Touching) or does.at_end == does.friction:
+        return does
+    return replace(does, friction=does.at_end, unlike=np.full((1, len(does.normal)), np.inf))
 
 
 def nodes_beside(mesh: BoundaryMesh, ends: Array, part: str, element: int, reach: float) -> Index:
