@@ -20,6 +20,11 @@ from .joined import Pairs, shares
 from .report import Finding
 
 
+SLIDING_WITHIN = 1e-4
+"""Share of friction that may be left where a contact slips as a whole, and share of the load to
+which that load is found (`pipeline.steps.sliding`) [-]."""
+
+
 @record
 class PairResult(Hinted):
     """Nodal fields of one interface after an increment; the secondary's nodes.
