@@ -76,7 +76,11 @@ def test_a_variable_may_be_the_sign_of_micro(tmp_path):
 def test_a_number_may_be_an_expression_of_no_variable(tmp_path, variables):
     """Beside a variable that another key uses, and in a file without any."""
     text = TEXT[TEXT.index("[material]") :].replace('"2*E"', "1000.0").replace('"E*x**2"', '"x**2"')
-    for old, new in [("t", "pi/2" if not variables else "t"), ("-h", "-sqrt(4)"), ("n", "max(1, 2)")]:
+    for old, new in [
+        ("t", "pi/2" if not variables else "t"),
+        ("-h", "-sqrt(4)"),
+        ("n", "max(1, 2)"),
+    ]:
         text = text.replace(f'"{old}"', f'"{new}"')
     text = text.replace('"2*t + 1"', "5.0").replace('"h"', '"cos(pi/3)"')
     problem = loaded(tmp_path, variables + text)
