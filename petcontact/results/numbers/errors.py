@@ -23,7 +23,7 @@ from ..evaluated import Evaluated, displacement_scale
 from ..records import SLIDING_WITHIN, PairResult
 from ..strength.singular_places import singular_places
 from .balance import balanced
-from .changes import FUNCTIONS, STATES, change_of, error_of_maximum
+from .changes import FUNCTIONS, STATES, change_of, error_of_maximum, tail_of_shared
 from .number import ENERGY, Key, Number
 from .path_errors import of_increments, path_errors
 from .peaks import stress_name
@@ -87,6 +87,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
             left = _left(gain, power, moved.get(number.key[2:], 0.0))
             change = change_of(solution, other, number, there.get(number.key), stresses, left)
             error = np.fmax(error, change * left.own)
+        error = np.fmax(error, tail_of_shared(solution, others[0][0], number))
         counted = (
             number.is_resultant or not np.isnan(number.exponent) or _at_singular(solution, number)
         )
