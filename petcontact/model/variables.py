@@ -66,7 +66,8 @@ def with_values(data: Keyed, models: tuple[Class, ...], source: str) -> Keyed:
         _demand_names(text, values, words, f"{source}: {place}")
         return _replaced(text, values)
 
-    return {**_walked(rest, replaced, keys), **({"variables": values} if values else {})}
+    given_too = dict.fromkeys(data.keys() & {"variables"}, values)
+    return {**_walked(rest, replaced, keys), **given_too}
 
 
 @functools.cache
