@@ -21,6 +21,7 @@ from .model.bodies import Traction as Traction
 from .model.case import load as load
 from .model.cycle import Cycle as Cycle
 from .model.load_steps import BoundaryChange as BoundaryChange
+from .model.load_steps import ContactChange as ContactChange
 from .model.load_steps import ObstacleChange as ObstacleChange
 from .model.load_steps import PointForceChange as PointForceChange
 from .model.load_steps import Step as Step

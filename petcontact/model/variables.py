@@ -8,6 +8,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+import simpleeval
+
 from ..errors import InputError
 from ..given.expressions import FUNCTIONS, parse_expression, plain_value
 from ..given.tables.mistakes import WORD, shown
@@ -23,7 +25,7 @@ WORDS = re.compile(r"(?<![\w.])[^\W\d]\w*")
 
 
 def with_values(data: Keyed, models: tuple[Class, ...], source: str) -> Keyed:
-    """Return plain data whose numbers are no expressions of variables any more.
+    """Return plain data whose numbers are no expressions any more, of variables or of none.
 
     Parameters
     ----------
@@ -39,7 +41,7 @@ def with_values(data: Keyed, models: tuple[Class, ...], source: str) -> Keyed:
     InputError
         If a variable has no name that expressions can use, or no value.
     """
-    given, values = data.get("variables"), dict[str, float]()
+    given, values = data.get("variables", {}), dict[str, float]()
     if not isinstance(given, dict):
         return data
     for name, value in given.items():
@@ -64,7 +66,8 @@ def with_values(data: Keyed, models: tuple[Class, ...], source: str) -> Keyed:
         _demand_names(text, values, words, f"{source}: {place}")
         return _replaced(text, values)
 
-    return {**_walked(rest, replaced, keys), "variables": values}
+    given_too = dict.fromkeys(data.keys() & {"variables"}, values)
+    return {**_walked(rest, replaced, keys), **given_too}
 
 
 @functools.cache
@@ -120,13 +123,19 @@ def _demand_names(text: object, variables: Iterable[str], words: frozenset[str],
 
 
 def _replaced(text: str, values: Mapping[str, float]) -> Any:
-    """The value of an expression of variables alone, else the text with their values."""
+    """The value of an expression of variables, pi and functions alone, else the text with the
+    values of variables."""
     used = {*WORDS.findall(text)}
-    if not used & values.keys():
+    if not used & {*values, "pi", *FUNCTIONS} or text.strip() in FUNCTIONS:
         return text
     # Python reads other letters for some names, such as Greek mu for the sign of micro
-    text = WORDS.sub(lambda word: f"({values[word[0]]!r})" if word[0] in values else word[0], text)
-    if used <= {*values, "pi", "e", *FUNCTIONS}:
-        number = float(plain_value(parse_expression(text), {}, 1)[0])
-        return int(number) if number == round(number) and abs(number) < 1e15 else number
-    return text
+    own = WORDS.sub(lambda word: f"({values[word[0]]!r})" if word[0] in values else word[0], text)
+    if not used <= {*values, "pi", "e", *FUNCTIONS}:
+        return own
+    try:
+        number = float(plain_value(parse_expression(own), {}, 1)[0])
+    except (InputError, simpleeval.InvalidExpression):
+        number = math.nan
+    if not math.isfinite(number):
+        return text  # what its key takes is said where that is read
+    return int(number) if number == round(number) and abs(number) < 1e15 else number

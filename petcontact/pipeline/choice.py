@@ -56,7 +56,7 @@ n and o are at most s times those at an obstacle, memory s². A primary is taken
 nodes opposite than its secondary has. A box and a ball on obstacles took 6.4e4 and 7.6e4, two cubes
 of 6534 nodes each three quarters of what this makes, a bolted plate of 8220 nodes 1.5 times it. Of
 the peak before errors are judged .82 to 1.2 was announced; samples of gaps that are expressions add
-up to .4 GB then, which nothing announces."""
+up to .2 GB then, which nothing announces."""
 SURFACE = 1.2e-3
 """Compressed surfaces take so much a node, with the preconditioner: two boxes of 3568 to 14 368
 nodes took 1e-3 to 1.6e-3."""

@@ -19,6 +19,10 @@ from ..untyped import Keyed
 from .joined import Pairs, shares
 from .report import Finding
 
+SLIDING_WITHIN = 1e-4
+"""Share of friction that may be left where a contact slips as a whole, and share of the load to
+which that load is found (`pipeline.steps.sliding`) [-]."""
+
 
 @record
 class PairResult(Hinted):

@@ -72,6 +72,30 @@ def test_a_variable_may_be_the_sign_of_micro(tmp_path):
     assert load(tmp_path / "own.toml").variables["t"] == 2.0
 
 
+@pytest.mark.parametrize("variables", ["", "[variables]\nt = 2.0\n"])
+def test_a_number_may_be_an_expression_of_no_variable(tmp_path, variables):
+    """Beside a variable that another key uses, and in a file without any."""
+    text = TEXT[TEXT.index("[material]") :].replace('"2*E"', "1000.0").replace('"E*x**2"', '"x**2"')
+    for old, new in [
+        ("t", "pi/2" if not variables else "t"),
+        ("-h", "-sqrt(4)"),
+        ("n", "max(1, 2)"),
+    ]:
+        text = text.replace(f'"{old}"', f'"{new}"')
+    text = text.replace('"2*t + 1"', "5.0").replace('"h"', '"cos(pi/3)"')
+    problem = loaded(tmp_path, variables + text)
+    assert problem.material.thickness == pytest.approx(2.0 if variables else 1.5707963)
+    assert problem.geometry.lower_left == (0.0, -2.0) and problem.mesh.order == 2
+    assert problem.mesh.element_size == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("text", ["2*h +", "sqrt(-h)", "pi(2)", "1/(h - h)", "max(h)"])
+def test_what_has_no_value_is_refused_by_its_key(tmp_path, text):
+    own = TEXT.replace('element_size = "h"', f'element_size = "{text}"')
+    with pytest.raises(InputError, match=r"case.toml: mesh.element_size: must be a number, got"):
+        loaded(tmp_path, own)
+
+
 def test_nothing_is_varied_by_what_nothing_depends_on(tmp_path):
     (tmp_path / "own.toml").write_text(loaded(tmp_path).toml())
     with pytest.raises(InputError, match=r"variables\.t: nothing in the file depends on it"):

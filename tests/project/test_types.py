@@ -13,6 +13,7 @@ from pathlib import Path
 import pydantic
 
 import petcontact
+from petcontact.given.tables.model_tree import models_below
 
 ROOT = Path(__file__).parents[2]
 
@@ -23,6 +24,11 @@ def test_every_typed_name_is_there_and_none_else():
     assert len(named) > 30 and sorted(named) == sorted(petcontact.__all__)
     for name in named:
         assert getattr(petcontact, name).__name__ == name
+
+
+def test_all_that_a_problem_is_made_of_has_a_name():
+    offered = {getattr(petcontact, name) for name in petcontact.__all__}
+    assert {*models_below(petcontact.Problem)} <= offered
 
 
 def run(program):

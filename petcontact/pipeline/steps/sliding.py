@@ -18,13 +18,11 @@ import numpy as np
 from ...arrays import Array
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import friction_bound
+from ...results.records import SLIDING_WITHIN
 from ...round_off import TINY
 from .increment import Increment, Monitor
 from .wear import Tried, with_wear
 
-RESOLVED = 1e-4
-"""Share of friction that may be left where a contact slips, of the load to which that is found, and
-of a step below which no load is tried where all larger ones failed."""
 NEARLY = 0.98
 """Share of friction from which on a load without a solution is taken for one beyond the load at
 which the contact slips. A taper that is pulled off carries 0.998 at 0.998 of that load."""
@@ -67,7 +65,7 @@ def up_to_sliding(solving: Iterable[Tried], monitor: Monitor | None) -> Iterator
     """Yield the increments of a step up to the one at whose end a whole contact slips."""
     for tried in solving:
         solved = tried[1].converged
-        if tried[1].stopped or (solved and slipping(*_end(tried))[0] < 1.0 - RESOLVED):
+        if tried[1].stopped or (solved and slipping(*_end(tried))[0] < 1.0 - SLIDING_WITHIN):
             yield tried
             continue
         found = _found(_beyond(tried, monitor), monitor)
@@ -97,13 +95,13 @@ def _beyond(tried: Tried, monitor: Monitor | None) -> Tried:
 
 
 def _guess(points: list[tuple[float, float]], low: float, high: float, short: float) -> float:
-    """Return where what is left at the last two loads falls to half of `RESOLVED`, or short of it
-    by a share of the way, at least `RESOLVED` further."""
+    """Return where what is left at the last two loads falls to half of `SLIDING_WITHIN`, or short
+    of it by a share of the way, at least `SLIDING_WITHIN` further."""
     guess = GOLDEN * low + (1.0 - GOLDEN) * high
     if len(points) > 1 and points[-2][1] > points[-1][1]:
         (a, left_a), (b, left_b) = points[-2:]
-        way = (b - a) * (left_b - 0.5 * RESOLVED * (not short)) / (left_a - left_b)
-        guess = b + max((1.0 - short) * way, 0.9 * RESOLVED * b)
+        way = (b - a) * (left_b - 0.5 * SLIDING_WITHIN * (not short)) / (left_a - left_b)
+        guess = b + max((1.0 - short) * way, 0.9 * SLIDING_WITHIN * b)
     return float(np.clip(guess, low, 0.1 * low + 0.9 * high))
 
 
@@ -119,14 +117,14 @@ def _found(beyond: Tried, monitor: Monitor | None) -> Tried:
     above, below = beyond if beyond[1].converged else None, beyond
     to_last = _turns(increment) and above is None
     points = [(low, 1.0 - slipping(increment, increment.before.sigma)[0])] * (not to_last)
-    while high - low > RESOLVED * high and high - increment.begun > RESOLVED:
+    while high - low > SLIDING_WITHIN * high and high - increment.begun > SLIDING_WITHIN:
         target = _guess(points, low, high, SHORT * to_last)
         following = increment.ending_at(target)
         tried = with_wear(following, following.solved(monitor), monitor)
         left = 1.0 - slipping(*_end(tried))[0]
         if tried[1].stopped:
             return tried
-        if tried[1].converged and (to_last or left >= RESOLVED):
+        if tried[1].converged and (to_last or left >= SLIDING_WITHIN):
             low, below = target, tried
             moved = max(float(lengths(tried[1].v).max()), LEAST)
             points.append((low, moved**-2.0 if to_last else left))

@@ -30,6 +30,9 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
+HALVED = 0.63
+"""Diagonal of a panel over that of the one before, below which its longer sides were halved: these
+have half, a square that is halved along one direction .79 and a longer panel more [-]."""
 HIDDEN = "slipping", "largest slip", ENERGY
 """Numbers of what `hidden_slip` tells, in its order."""
 STATES: dict[str, Callable[[PairResult], Mask]] = {
@@ -128,6 +131,26 @@ def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) ->
         return float(now.max(initial=0.0))
     at = located(mesh, x[-1:], part, within=sizes(mesh))[0]
     return error_of_maximum(now, np.nan_to_num(change), np.append(mesh.element[nodes], at))
+
+
+def tail_of_shared(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
+    """Return the error of a largest traction by its tails on panels that are as long on the coarser
+    mesh: the difference of two meshes does not show what neither of them resolves."""
+    errors = {"largest p": "pressure_error", "largest q": "sigma_t_error"}
+    pair = end_of(solution, number).pairs[number.of] if number.name in errors else None
+    tail = None if pair is None else getattr(pair, errors[number.name])
+    if pair is None or tail is None or np.isinf(number.error):
+        return 0.0
+    (body, part), rows = solution.sides[number.of], counted(solution, number)
+    mesh, before = solution.meshes[body], coarser.meshes[body]
+    element = mesh.element[solution.nodes[number.of][rows]]
+    there, _ = located(before, pair.x[rows], part, within=sizes(before))
+    was = np.where(there >= 0, before.spheres[1][there], np.inf)
+    values, off = (
+        FUNCTIONS[number.name](pair)[rows],
+        tail[rows] * (mesh.spheres[1][element] > HALVED * was),
+    )
+    return error_of_maximum(values, off, element) if len(values) else 0.0
 
 
 def counted(solution: Evaluated, number: Number) -> Mask:

@@ -20,10 +20,10 @@ from ...fields.boundary.places import located, sizes
 from ...refinement.levels import LEAST_GAIN, MOST_GAIN
 from ...round_off import EPS
 from ..evaluated import Evaluated, displacement_scale
-from ..records import PairResult
+from ..records import SLIDING_WITHIN, PairResult
 from ..strength.singular_places import singular_places
 from .balance import balanced
-from .changes import FUNCTIONS, STATES, change_of, error_of_maximum
+from .changes import FUNCTIONS, STATES, change_of, error_of_maximum, tail_of_shared
 from .number import ENERGY, Key, Number
 from .path_errors import of_increments, path_errors
 from .peaks import stress_name
@@ -48,12 +48,18 @@ def with_errors(solution: Evaluated) -> list[Number]:
 
 def _all_of_what_slides(solution: Evaluated, numbers: Sequence[Number]) -> Iterator[Number]:
     """Yield numbers of which what slips at the end of a step that sliding ends is what touches:
-    each mesh and each path has all of it in slip there, but for what the search leaves."""
+    each mesh and each path has all of it in slip there, but for what the search leaves.
+
+    Resultants there are off by the share of the load to which the search finds it.
+    """
     groups = {side.name: side.group for side in solution.posed.interfaces}
     touching = {number.key[1:]: number for number in numbers if number.name == "contact area"}
     for number in numbers:
-        slides = number.name == "slipping" and end_of(solution, number).sliding
-        same = slides and slides == groups[number.of]
+        is_area = number.name == "slipping"
+        slides = (is_area or number.is_resultant) and end_of(solution, number).sliding
+        same = is_area and slides and slides == groups[number.of]
+        if slides and number.is_resultant:
+            number = number.known_to(number.error + SLIDING_WITHIN * number.size)
         yield replace(touching[number.key[1:]], name=number.name) if same else number
 
 
@@ -81,6 +87,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
             left = _left(gain, power, moved.get(number.key[2:], 0.0))
             change = change_of(solution, other, number, there.get(number.key), stresses, left)
             error = np.fmax(error, change * left.own)
+        error = np.fmax(error, tail_of_shared(solution, others[0][0], number))
         counted = (
             number.is_resultant or not np.isnan(number.exponent) or _at_singular(solution, number)
         )
