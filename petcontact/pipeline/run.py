@@ -197,7 +197,7 @@ def _divided_as(problem: PreparedProblem, finer: PreparedProblem) -> Solution:
     """The solution of a problem with the increments of another one."""
     discrete = problem.discrete.with_steps_of(finer.discrete.problem)
     problem = replace(problem, discrete=discrete, factors=finer.factors, halvings=0)
-    solution = unreported(problem, None)
+    solution = unreported(problem, None, anew=True)
     return reported(problem, solution) if solution.converged else solution
 
 
@@ -215,7 +215,8 @@ def _divided(
     while solution.accuracy.path > limit:
         if (finer := divided_load(problem, solution, taken, limit)) is None:
             break
-        again = unreported(replace(finer, starts=starts_from(finer, solution.steps)), None)
+        finer = replace(finer, starts=starts_from(finer, solution.steps))
+        again = unreported(finer, None, anew=True)
         if not again.converged:
             break
         again = reported(finer, again)
@@ -225,10 +226,13 @@ def _divided(
 
 
 def unreported(
-    problem: PreparedProblem, monitor: Monitor | None, *, checked: bool = True
+    problem: PreparedProblem, monitor: Monitor | None, *, checked: bool = True, anew: bool = False
 ) -> Solution:
-    """As `run`, without the path and what is reported: all that a mesh on the way needs."""
-    (results, rows), began = finished_before(problem), time.perf_counter()
+    """As `run`, without the path and what is reported: all that a mesh on the way needs.
+
+    `anew` solves also the increments that the file of `method.start` has: another path has others.
+    """
+    (results, rows), began = ([], []) if anew else finished_before(problem), time.perf_counter()
     if problem.start is None:
         problem = replace(problem, start=first_iterate(problem))
     status, reason, failed = "converged", "", None

@@ -194,11 +194,12 @@ def test_only_steps_that_add_to_the_error_are_divided_also_after_a_restart(tmp_p
     counts = [sum(result.step == number for result in whole.steps) for number in (1, 2)]
     assert counts[0] > 10 * counts[1] and not warned(whole)
     whole.save(tmp_path / "whole.h5")
-    start = {"method": {"start": f"{tmp_path / 'whole.h5'}:2"}}
-    again = solve(problem(**table | start))
-    assert [r.load_factor for r in again.steps] == [r.load_factor for r in whole.steps]
-    for one, other in zip(whole.steps, again.steps, strict=True):
-        assert np.allclose(one.pairs["pair"].sigma_t, other.pairs["pair"].sigma_t, atol=1e-9)
+    solve(problem(**table | {"step": [steps[0] | {"increments": 1}]})).save(tmp_path / "once.h5")
+    for start in ("whole.h5:2", "once.h5"):
+        again = solve(problem(**table | {"method": {"start": f"{tmp_path / start}"}}))
+        assert [r.load_factor for r in again.steps] == [r.load_factor for r in whole.steps]
+        for one, other in zip(whole.steps, again.steps, strict=True):
+            assert np.allclose(one.pairs["pair"].sigma_t, other.pairs["pair"].sigma_t, atol=1e-9)
 
 
 def test_other_paths_cost_no_more_than_the_solve_or_are_not_known(monkeypatch):
