@@ -64,17 +64,29 @@ class Meshes:
         self._quiet = quiet
         self.said = " (replaced)" if output.exists() else ""
         self._last: Solution | None = None
+        self._result: Solution | None = None
 
     def saved(self) -> str:
-        """Save the solution on the last mesh, if there is one; what is saved, in words."""
-        from ..results.hdf5 import write_solution
-
+        """What is saved, in words: the result if it is written, else the solution on the last mesh,
+        which is then, if there is one."""
+        if self._result is not None:
+            return saved_text(self._result, self._output)
         if self._last is None:
             return "nothing was written"
         # a reader computes the numbers, which take longer than some meshes
-        write_solution(self._output, replace(self._last, written=()), replace=self.replaces)
-        self.replaces = True
+        self._write(replace(self._last, written=()))
         return saved_text(self._last, self._output)
+
+    def finish(self, result: Solution) -> None:
+        """Write the result."""
+        self._write(result)
+        self._result = result
+
+    def _write(self, solution: Solution) -> None:
+        from ..results.hdf5 import write_solution
+
+        write_solution(self._output, solution, replace=self.replaces)
+        self.replaces = True
 
     def __call__(self, mesh: Reached) -> None:
         self._last = mesh.solution

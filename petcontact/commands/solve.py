@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError, in_file
-from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
+from ..runtime.signals import BrokenOff, Interrupted, answering, rescuing, stopping
 from ..untyped import Comm, Keyed
 from .options import option, options, overrides, positive
 from .progress import Meshes, announcer, iteration_line, monitor_line, saved_text
@@ -104,34 +104,34 @@ def _run(arguments: argparse.Namespace, case: Problem, comm: Comm) -> int:
     output, pictures = _targets(arguments, case)
     way = solver(arguments, case)
     from ..pipeline.solve import adapts_itself, solve
-    from ..results.hdf5 import write_solution
 
     status = StatusLine(sys.stderr.isatty() and first > quiet, first > quiet)
     tolerance = case.method.tolerance
     meshes = Meshes(status, output, replaces=is_replaced(arguments, output), quiet=quiet)
-    with stopping(comm, meshes.saved) as stop:
+    with rescuing(meshes.saved):
+        with stopping(comm) as stop:
 
-        def monitor(state: ContactState) -> str:
-            if arguments.monitor and first:
-                say(monitor_line(state))
-            status.show(iteration_line(state, tolerance))
-            return stop.reason
+            def monitor(state: ContactState) -> str:
+                if arguments.monitor and first:
+                    say(monitor_line(state))
+                status.show(iteration_line(state, tolerance))
+                return stop.reason
 
-        with contextlib.closing(status), in_file(arguments.config):
-            announce = announcer(status, way is not solve or adapts_itself(case), quiet=quiet)
-            shown: Keyed = {"announce": announce, "reached": meshes}
-            solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
-        interrupted = stop()  # from here on signals wait until the result is written
+            with contextlib.closing(status), in_file(arguments.config):
+                announce = announcer(status, way is not solve or adapts_itself(case), quiet=quiet)
+                shown: Keyed = {"announce": announce, "reached": meshes}
+                solution = way(case, comm=comm, monitor=monitor, **(shown if first else {}))
+            interrupted = stop()  # from here on signals wait until the result is written
+            if first:
+                solution = with_numbers(solution, interrupted)
+                meshes.finish(solution)
+            number = stop()
         if first:
-            solution = with_numbers(solution, interrupted)
-            write_solution(output, solution, replace=meshes.replaces)
-        number = stop()
-    if first:
-        try:
-            report_ignored(case, solution.accuracy.wanted is not None, quiet=quiet)
-            _tell(arguments, solution, output, None if number else pictures, meshes.said)
-        except Interrupted as late:
-            number = late.number
+            try:
+                report_ignored(case, solution.accuracy.wanted is not None, quiet=quiet)
+                _tell(arguments, solution, output, None if number else pictures, meshes.said)
+            except Interrupted as late:
+                number = late.number
     if number:
         raise Interrupted(number, saved_text(solution, output))
     return STATUS[solution.status]

@@ -232,7 +232,7 @@ def unreported(
 
     `anew` solves also the increments that the file of `method.start` has: another path has others.
     """
-    (results, rows), began = ([], []) if anew else finished_before(problem), time.perf_counter()
+    (results, rows), began = finished_before(problem, anew=anew), time.perf_counter()
     if problem.start is None:
         problem = replace(problem, start=first_iterate(problem))
     status, reason, failed = "converged", "", None

@@ -278,18 +278,22 @@ class Stop:
 
 
 @contextlib.contextmanager
-def stopping(comm: Comm, rescue: Callable[[], str]) -> Iterator[Stop]:
-    """A `Stop` that holds signals until the block is over.
-
-    `rescue` saves what there is, and says so, where a signal ends a phase that does not answer it.
-    """
+def rescuing(rescue: Callable[[], str]) -> Iterator[None]:
+    """A block in which `rescue` saves what there is, and says so, where a signal ends a phase that
+    does not answer it."""
     global _rescue
-    _rescue = rescue
+    before, _rescue = _rescue, rescue
     try:
-        with contextlib.ExitStack() as held:
-            yield Stop(comm, held)
+        yield
     finally:
-        _rescue = None
+        _rescue = before
+
+
+@contextlib.contextmanager
+def stopping(comm: Comm) -> Iterator[Stop]:
+    """A `Stop` that holds signals until the block is over."""
+    with contextlib.ExitStack() as held:
+        yield Stop(comm, held)
 
 
 def _pending_anywhere(comm: Comm) -> int:

@@ -136,7 +136,7 @@ def test_petsc_files_that_cannot_be(folder, words, said):
 def test_long_work_off_a_terminal_says_how_far_it_is(monkeypatch, capsys):
     """A line after 3 s of processor time and one after 30, and none on other ranks."""
     spent = iter([0.0, 1.0, 3.5, 5.0, 31.0, 0.0, 100.0])
-    monkeypatch.setattr("time.process_time", lambda: next(spent))
+    monkeypatch.setattr("petcontact.runtime.terminal.processor_time", lambda: next(spent))
     line = StatusLine(False, elsewhere=True)
     for share in (1, 4, 5, 31):
         line.show(f"{share} of 100")

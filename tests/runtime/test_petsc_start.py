@@ -129,7 +129,8 @@ def stuck():
     threading.Event().wait()
 
 def waits():
-    with signals.stopping(One(), lambda: "mesh 1 is saved"), ThreadPoolExecutor(1) as pool:
+    saved = signals.rescuing(lambda: "mesh 1 is saved")
+    with saved, signals.stopping(One()), ThreadPoolExecutor(1) as pool:
         result = pool.submit(stuck)
         waiting.set()
         result.result()

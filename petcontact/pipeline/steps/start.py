@@ -42,11 +42,14 @@ ELSEWHERE = {
 another way."""
 
 
-def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Row]]:
+def finished_before(
+    problem: PreparedProblem, *, anew: bool = False
+) -> tuple[list[StepResult], list[Row]]:
     """The converged increments of the file that `method.start` names, "FILE.h5" or "FILE.h5:k" for
     the first k, and its cycles.
 
-    None where the problem has no steps: then the file gives the first iterate.
+    None if all are solved anew, or where the problem has no steps: then the file gives the first
+    iterate.
 
     Raises
     ------
@@ -54,7 +57,7 @@ def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Ro
         If there is no such file or increment, or it was solved with other meshes, data or steps.
     """
     name = problem.discrete.posed.method.start
-    if name in NAMES or not problem.discrete.posed.steps:
+    if anew or name in NAMES or not problem.discrete.posed.steps:
         return [], []
     file, colon, count = name.rpartition(":")
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
