@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from shapes import cuboid, drawn, moved, outline, problem, rectangle, rollers, solid, touching
@@ -235,27 +233,11 @@ def test_edges_of_a_body_are_there_where_smaller_panels_hang_on_larger_ones():
     assert below == 4 * 4
 
 
-def test_a_top_within_twice_the_distance_belongs_to_the_place_beside_it():
-    """0.17 from the upper right corner, beside which stress is told at 0.10, lies a top. The way up
-    from a sample farther away leads to it."""
-    sides = [
-        moved("bottom", ["free", 0.0]),
-        moved("top", ["0.005*x", "-0.003*x**2"]),
-        drawn("left", [0.0, 0.0]),
-        drawn("right", ["1.1*sin(3*y)", 0.0]),
-    ]
-    plate = {"young_modulus": 1100.0, "poisson_ratio": 0.09, "plane": "stress"}
-    block = solid("block", rectangle([0, 0], [1.296, 1.024]), *sides, material=plate)
-    solution = adapt(problem(body=[block]))
-    samples = Samples(solution, "block", solution.last)
-    away = np.array([1.296, 0.76])
-    start = replace(
-        next(samples.peaks("von_mises", inside=False)),
-        value=solution.von_mises_at(away[None]),
-        place=away,
-        part="right",
-    )
-    assert samples.top("von_mises", start, 0.0) is None
-    beside = samples.top("von_mises", start, 0.0, times=1.0)
-    assert beside.place == pytest.approx([1.296, 0.858], abs=0.01)
-    assert beside.value[0] == pytest.approx(7.51, rel=5e-3)
+def test_a_long_way_of_one_stress_up_to_a_corner_keeps_its_value():
+    """A shaft that is turned in its hub: √3 2T/(π r³) on all of its free length, from which stress
+    grows to the edge of the hub, where it has no bound."""
+    solution = solve("configs/axial_torque.toml")
+    torque = 2.5 * 2.0 * np.pi * 20.0**2 * 20.0
+    (surface,) = [n for n in stress_peaks(solution) if n.name == "von Mises stress on the surface"]
+    assert surface.part == "right" and surface.place[1] < 0.0
+    assert surface.value[0] == pytest.approx(3.0**0.5 * 2.0 * torque / (np.pi * 1e3), rel=1e-3)

@@ -165,8 +165,7 @@ class Samples(Keeping):
         near = place.away(self._x) < RING * place.distance
         values = np.where(near & ~self._leaves_out(self._x, 1.0), self._values(key), -np.inf)
         if values.max() > best:
-            sample = self._sample(key, first_largest(values))
-            largest = self.top(key, sample, best, 1.0) or largest
+            largest = self.top(key, self._sample(key, first_largest(values)), best) or largest
         return replace(
             largest,
             name=f"{name} beside {place.sides}",
@@ -199,9 +198,9 @@ class Samples(Keeping):
         )
         yield from (self._sample(key, k) for k in itertools.islice(rows, TRIED))
 
-    def top(self, key: str, peak: Number, above: float, times: float = RING) -> Number | None:
-        """The top near a sample; None where it is not above a bound, or where the way up leads
-        nearer to a place without a bound than some times the distance at which stress is told.
+    def top(self, key: str, peak: Number, above: float) -> Number | None:
+        """The top near a sample; None where it is not above a bound, or where the way up leads to a
+        place without a bound.
 
         Between samples, and between places of a grid, stress is larger than at the best of them by
         less than it varies from place to place.
@@ -215,7 +214,7 @@ class Samples(Keeping):
         if 2.0 * value - float(self._values(key)[nearest].min()) <= above:
             return None
         step = 0.5 * float(away[nearest[len(place) + 1]])
-        reached = self._climbed(key, peak, step, above, times)
+        reached = self._climbed(key, value, place, peak.part, step, above)
         if reached is None or reached[0] <= above:
             return None
         best, x = reached
@@ -235,20 +234,18 @@ class Samples(Keeping):
         return float(np.ptp(values)) if len(values) else 0.0
 
     def _climbed(
-        self, key: str, peak: Number, first: float, above: float, times: float
+        self, key: str, value: float, start: Array, part: str, first: float, above: float
     ) -> tuple[float, Array] | None:
-        """The top that is reached from a sample, by grids of some first half width."""
-        value, place, step = float(peak.value[0]), peak.place, first
-        assert peak.place is not None and place is not None  # as in `top`
-        ways, apart = self._ways(place, peak.part)
-        most = value + FLAT * abs(value)
+        """The top that is reached from a value at a place, by grids of some first half width."""
+        ways, apart = self._ways(start, part)
+        place, step, most = start, first, value + FLAT * abs(value)
         for _ in range(CLIMBS):
-            x, values = self._values_near(key, place, step, ways, peak.part)
+            x, values = self._values_near(key, place, step, ways, part)
             k, reached = first_largest(values), 0.0
             if values[k] > value + FINEST**2 * abs(value):
-                far = np.linalg.norm(x[k] - peak.place) > AWAY * first
-                if far or self._leaves_out(x[k : k + 1], times)[0]:
-                    return (value, place) if values[k] <= most else None
+                far = np.linalg.norm(x[k] - start) > AWAY * first
+                if far or self._leaves_out(x[k : k + 1], 1.0)[0]:
+                    return (value, place) if value <= most else None
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
             leads_on = reached > (1.0 - apart) * step
@@ -259,7 +256,7 @@ class Samples(Keeping):
             if step < FINEST * first:
                 break
         # at the rim of what is too near to the surface stress grows on to that
-        at_rim = not peak.part and self._too_near(place + step * ways).any()
+        at_rim = not part and self._too_near(place + step * ways).any()
         return None if at_rim else (value, place)
 
     def _ways(self, place: Array, part: str) -> tuple[Array, float]:
