@@ -190,8 +190,8 @@ class LinearSolver:
         """Solve with this matrix from now on: LU is computed at the next solve, or if `corrected`
         GMRES takes the LU of the matrix before as its preconditioner."""
         self.ksp.setOperators(matrix)
-        self.ksp.getPC().setReusePreconditioner(corrected)
-        if corrected != self._corrected:
+        if corrected != self._corrected:  # else options decide
+            self.ksp.getPC().setReusePreconditioner(corrected)
             self.ksp.setType("gmres" if corrected else self._types[0])
             _orthogonalise_again(self.ksp)
             self._corrected = corrected

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from petcontact import InputError
+from petcontact.linalg.dense_solver import DenseSolver
 from petcontact.linalg.ksp import LinearSolver
 from petcontact.runtime.petsc import options, petsc
 
@@ -59,3 +60,17 @@ def test_options_of_gmres_reach_the_gmres_that_was_taken(matrix):
         solved(matrix, {"pc_type": "none"})[2]
         < solved(matrix, {"pc_type": "none", "ksp_gmres_restart": 3})[2]
     )
+
+
+def test_a_preconditioner_that_options_keep_is_not_made_anew(comm):
+    """With -ksp_reuse_preconditioner the LU of the first matrix serves the next one."""
+    iterations = []
+    with options({"ksp_type": "gmres", "ksp_reuse_preconditioner": True}):
+        solver = DenseSolver(comm, "")
+        for factor in (1.0, 1.5):
+            matrix = np.eye(30) + factor * np.diag(np.arange(30.0))
+            solver.take(matrix)
+            assert np.allclose(matrix @ solver.solve(np.ones(30)), 1.0)
+            iterations.append(solver.iterations)
+        solver.close()
+    assert iterations[0] == 1 < iterations[1]
