@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..record import record
-from .conditions import Condition
+from .conditions import Condition, Displacement, Symmetry
 from .tables.material import Material
 from .tables.solver_options import MeshOptions
 from .values import Given, Number
@@ -102,6 +102,17 @@ class Body:
     conditions: list[dict[str, Condition]]
     loads: list[Loads]
     forces: list[list[PointForce]]
+
+    @property
+    def mirrors(self) -> list[str]:
+        """Parts beyond which it may go on with its image: those in planes of symmetry, and those
+        with one component held, as on rollers."""
+        return [
+            part
+            for part, condition in self.conditions[0].items()
+            if isinstance(condition, Symmetry)
+            or (isinstance(condition, Displacement) and condition.free.count(False) == 1)
+        ]
 
     @property
     def points(self) -> list[tuple[float, ...]]:

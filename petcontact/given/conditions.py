@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from ..arrays import Array
@@ -145,14 +143,3 @@ class Contact:
 
 
 Condition = Displacement | Traction | Symmetry | Periodic | Contact
-
-
-def mirrors(conditions: Mapping[str, Condition]) -> list[str]:
-    """Return the parts beyond which a body may go on with its image: those in planes of symmetry,
-    and those with one component held, as on rollers."""
-    return [
-        part
-        for part, condition in conditions.items()
-        if isinstance(condition, Symmetry)
-        or (isinstance(condition, Displacement) and condition.free.count(False) == 1)
-    ]

@@ -20,8 +20,9 @@ from .joined import Pairs, shares
 from .report import Finding
 
 SLIDING_WITHIN = 1e-4
-"""Share of friction that may be left where a contact slips as a whole, and share of the load to
-which that load is found (`pipeline.steps.sliding`) [-]."""
+"""Share of friction that may be left where a contact slips as a whole, of the load to which that is
+found, and of a step below which no load is tried where all larger ones failed
+(`pipeline.steps.sliding`) [-]."""
 
 
 @record

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...given.conditions import mirrors
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -59,7 +58,6 @@ class PanelCuts:
     def __init__(self, posed: Posed, first: FirstMeshes, wanted: Wanted) -> None:
         self._posed, self._sides, self._first = posed, posed.interfaces, first
         self._wanted = wanted
-        self._mirrors = [mirrors(body.conditions[0]) for body in posed.bodies]
         self._faced = dict[str, tuple[list[Array], tuple[Index, Index]]]()
 
     def completed(
@@ -77,7 +75,8 @@ class PanelCuts:
             while count < (count := sum(mesh.n_elements for mesh in made)):
                 nothing = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in made]
                 made = self.cut(made, nothing, seen, thin)[0]
-            made = list(map(with_equal_orders, made, self.touching(made), self._mirrors))
+            planes = [body.mirrors for body in self._posed.bodies]
+            made = list(map(with_equal_orders, made, self.touching(made), planes))
             if not (refused := self.too_much(made, seen, faces)):
                 break
         return made, refused
@@ -177,7 +176,7 @@ class PanelCuts:
             mesh = meshes[side.body]
             size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
             long = np.linalg.norm(sides(mesh), axis=2) > FADE * size
-            ends = at_edges(mesh, side.part, edges, self._mirrors[side.body])
+            ends = at_edges(mesh, side.part, edges, self._posed.bodies[side.body].mirrors)
             result[side.body] |= marked[side.body] & long & ends
         return result
 

@@ -13,7 +13,6 @@ from ...arrays import Array, Mask
 from ...fields.boundary.places import all_at
 from ...geometry.chart import Chart
 from ...geometry.charts import chart_of, disc_of
-from ...given.conditions import mirrors
 from ...given.interface_data import PosedInterface
 from ...given.posed import Posed
 from ...mesh.surface_mesh import SurfaceMesh
@@ -251,7 +250,7 @@ class Expected(Keeping):
         """Return whether a face of a plane of symmetry, or on rollers, ends at a point (3,) and is
         normal to a unit vector."""
         mesh = meshes[body]
-        there = set(mesh.part_names) & set(mirrors(self._posed.bodies[body].conditions[0]))
+        there = set(mesh.part_names) & set(self._posed.bodies[body].mirrors)
         met = np.concatenate([[], *(all_at(mesh, x, part)[0] for part in there)])
         normal = mesh.normal[np.isin(mesh.element, met)]
         return bool(np.any(np.abs(normal @ way) > 1.0 - SINGLE))

@@ -12,7 +12,6 @@ import scipy
 from ...arrays import Array, Index, Mask, scattered, shown
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
-from ...given.conditions import mirrors
 from ...given.interface_data import PosedInterface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
@@ -66,7 +65,7 @@ class TailErrors(Keeping):
         self.solution, self._sides = solution, solution.posed.interfaces
         self.meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
         self._sizes = [element_sizes(mesh) for mesh in self.meshes]
-        self._mirrors = [mirrors(body.conditions[0]) for body in solution.posed.bodies]
+        self._mirrors = [body.mirrors for body in solution.posed.bodies]
 
     @functools.cached_property
     def tails(self) -> list[Tails]:

@@ -11,7 +11,6 @@ import numpy as np
 from ...arrays import Array, States
 from ...compliance.interface import Interface
 from ...contact.law_protocol import OPEN
-from ...given.conditions import mirrors
 from ...refinement.panels.tail import Tails
 from ..pose.discretise import Discrete
 
@@ -57,10 +56,8 @@ class TractionErrors:
 
 def traction_errors(discrete: Discrete) -> list[TractionErrors]:
     """Of each interface of a problem on meshes."""
-    own = [mirrors(body.conditions[0]) for body in discrete.posed.bodies]
+    bodies, meshes = discrete.posed.bodies, discrete.meshes
     return [
-        TractionErrors(
-            functools.partial(Tails, discrete.meshes[face.body], face.nodes, own[face.body]), face
-        )
-        for face in discrete.interfaces
+        TractionErrors(functools.partial(Tails, meshes[b], face.nodes, bodies[b].mirrors), face)
+        for face, b in ((face, face.body) for face in discrete.interfaces)
     ]

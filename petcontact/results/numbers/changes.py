@@ -146,10 +146,8 @@ def tail_of_shared(solution: Evaluated, coarser: Evaluated, number: Number) -> f
     element = mesh.element[solution.nodes[number.of][rows]]
     there, _ = located(before, pair.x[rows], part, within=sizes(before))
     was = np.where(there >= 0, before.spheres[1][there], np.inf)
-    values, off = (
-        FUNCTIONS[number.name](pair)[rows],
-        tail[rows] * (mesh.spheres[1][element] > HALVED * was),
-    )
+    values = FUNCTIONS[number.name](pair)[rows]
+    off = tail[rows] * (mesh.spheres[1][element] > HALVED * was)
     return error_of_maximum(values, off, element) if len(values) else 0.0
 
 

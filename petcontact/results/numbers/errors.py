@@ -55,12 +55,12 @@ def _all_of_what_slides(solution: Evaluated, numbers: Sequence[Number]) -> Itera
     groups = {side.name: side.group for side in solution.posed.interfaces}
     touching = {number.key[1:]: number for number in numbers if number.name == "contact area"}
     for number in numbers:
-        is_area = number.name == "slipping"
-        slides = (is_area or number.is_resultant) and end_of(solution, number).sliding
-        same = is_area and slides and slides == groups[number.of]
-        if slides and number.is_resultant:
-            number = number.known_to(number.error + SLIDING_WITHIN * number.size)
-        yield replace(touching[number.key[1:]], name=number.name) if same else number
+        if number.is_resultant and end_of(solution, number).sliding:
+            yield number.known_to(number.error + SLIDING_WITHIN * number.size)
+        elif number.name == "slipping" and end_of(solution, number).sliding == groups[number.of]:
+            yield replace(touching[number.key[1:]], name=number.name)
+        else:
+            yield number
 
 
 def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
